@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// \file
+/// Portability macros. The only macros patchrt defines; all start with PATCHRT_.
+
+#include <cassert>
+
+#if defined(__CUDACC__)
+#  define PATCHRT_HD __host__ __device__
+#else
+#  define PATCHRT_HD
+#endif
+
+/// Inlined even where the compiler's size heuristics would not: kernels of a few instructions whose lanes must stay in
+/// registers.
+#if defined(__CUDACC__)
+#  define PATCHRT_INLINE __host__ __device__ __forceinline__
+#elif defined(__GNUC__)
+#  define PATCHRT_INLINE __attribute__((always_inline)) inline
+#else
+#  define PATCHRT_INLINE inline
+#endif
+
+/// States a precondition. Checked where NDEBUG is absent, on host and device alike; never evaluated otherwise.
+#define PATCHRT_EXPECTS(...) assert((__VA_ARGS__))

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#if defined(__CUDACC__)
+#  error "patchrt/numbers/pack.hpp is for host translation units: nvcc rejects vector registers in __host__ __device__ code"
+#endif
+
+/// \file
+/// N lanes of float or double on the host, over xsimd's `batch`. Component `patchrt::pack` of the CMake package.
+
+#include <patchrt/core/scalar.hpp>
+
+#include <xsimd/xsimd.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace patchrt {
+
+namespace detail {
+
+/// The widest register of this build that N lanes fill.
+template <class T, int N>
+using pack_batch = std::conditional_t<(int(xsimd::batch<T>::size) <= N), xsimd::batch<T>,
+                                      xsimd::make_sized_batch_t<T, std::size_t(N)>>;
+
+/// a b + c in one rounding. xsimd 8 has no fused form for AVX-512 and an unfused one where the machine has none.
+template <class T, class A>
+PATCHRT_INLINE xsimd::batch<T, A> fused(xsimd::batch<T, A> a, xsimd::batch<T, A> b, xsimd::batch<T, A> c) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(a) == 64) {
+    if constexpr (sizeof(T) == 4) return _mm512_fmadd_ps(a, b, c);
+    else return _mm512_fmadd_pd(a, b, c);
+  } else
+#endif
+#if defined(__FMA__) || defined(__aarch64__)
+  {
+    return xsimd::fma(a, b, c);
+  }
+#else
+  {
+    alignas(64) T x[xsimd::batch<T, A>::size], y[xsimd::batch<T, A>::size], z[xsimd::batch<T, A>::size];
+    a.store_aligned(x);
+    b.store_aligned(y);
+    c.store_aligned(z);
+    for (std::size_t i = 0; i < xsimd::batch<T, A>::size; ++i) z[i] = std::fma(x[i], y[i], z[i]);
+    return xsimd::batch<T, A>::load_aligned(z);
+  }
+#endif
+}
+
+/// One bit a lane, lane 0 lowest.
+template <class T, class A> PATCHRT_INLINE std::uint32_t mask_bits(xsimd::batch_bool<T, A> m) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(xsimd::batch<T, A>) == 64) return static_cast<std::uint32_t>(m.data);
+#endif
+#if defined(__AVX__)
+  if constexpr (sizeof(xsimd::batch<T, A>) == 32) {
+    if constexpr (sizeof(T) == 4) return static_cast<std::uint32_t>(_mm256_movemask_ps(m));
+    else return static_cast<std::uint32_t>(_mm256_movemask_pd(m));
+  }
+#endif
+#if defined(__SSE2__)
+  if constexpr (sizeof(xsimd::batch<T, A>) == 16) {
+    if constexpr (sizeof(T) == 4) return static_cast<std::uint32_t>(_mm_movemask_ps(m));
+    else return static_cast<std::uint32_t>(_mm_movemask_pd(m));
+  }
+#endif
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < xsimd::batch<T, A>::size; ++i) bits |= std::uint32_t(m.get(i)) << i;
+  return bits;
+}
+
+/// The inverse of `mask_bits`.
+template <class B> PATCHRT_INLINE typename B::batch_bool_type mask_from_bits(std::uint32_t bits) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(B) == 64)
+    return typename B::batch_bool_type(static_cast<typename B::batch_bool_type::register_type>(bits));
+#endif
+  using T = typename B::value_type;
+  alignas(64) T lane[B::size];
+  for (std::size_t i = 0; i < B::size; ++i) lane[i] = T((bits >> i) & 1u);
+  return B::load_aligned(lane) != B(T(0));
+}
+
+}  // namespace detail
+
+/// One flag a lane of `pack<T, N>`.
+template <class T, int N> struct pack_mask {
+  using batch = detail::pack_batch<T, N>;
+  using batch_bool = typename batch::batch_bool_type;
+  static constexpr int width = int(batch::size);
+  static constexpr int parts = N / width;
+  batch_bool part[parts];
+
+  pack_mask() = default;
+  PATCHRT_INLINE explicit pack_mask(bool b) {
+    for (auto& p : part) p = batch_bool(b);
+  }
+  /// Lane i is bit i of `bits`.
+  PATCHRT_INLINE static pack_mask from_bits(std::uint32_t bits) {
+    pack_mask m;
+    for (int i = 0; i < parts; ++i) m.part[i] = detail::mask_from_bits<batch>((bits >> (i * width)) & lane_bits());
+    return m;
+  }
+  /// Lane i in bit i.
+  PATCHRT_INLINE std::uint32_t bits() const {
+    std::uint32_t b = 0;
+    for (int i = 0; i < parts; ++i) b |= (detail::mask_bits(part[i]) & lane_bits()) << (i * width);
+    return b;
+  }
+  PATCHRT_INLINE bool operator[](int i) const { return (bits() >> i) & 1u; }
+
+  PATCHRT_INLINE friend pack_mask operator!(pack_mask a) {
+    for (auto& p : a.part) p = ~p;
+    return a;
+  }
+  PATCHRT_INLINE friend pack_mask operator&&(pack_mask a, pack_mask b) {
+    for (int i = 0; i < parts; ++i) a.part[i] = a.part[i] & b.part[i];
+    return a;
+  }
+  PATCHRT_INLINE friend pack_mask operator||(pack_mask a, pack_mask b) {
+    for (int i = 0; i < parts; ++i) a.part[i] = a.part[i] | b.part[i];
+    return a;
+  }
+  PATCHRT_INLINE friend bool any_of(pack_mask a) { return a.bits() != 0; }
+  PATCHRT_INLINE friend bool all_of(pack_mask a) { return a.bits() == all_bits(); }
+
+ private:
+  static constexpr std::uint32_t lane_bits() { return width == 32 ? ~0u : (1u << width) - 1u; }
+  static constexpr std::uint32_t all_bits() { return N == 32 ? ~0u : (1u << N) - 1u; }
+};
+
+/// N numbers that every operation treats alike and apart: one ray, one candidate or one control point a lane.
+///
+/// N is a power of two up to 32; more lanes than the machine's registers hold take several registers. Each lane of each
+/// operation gives the bits that the scalar operation gives.
+template <class T, int N> struct pack {
+  using batch = detail::pack_batch<T, N>;
+  static constexpr int width = int(batch::size);
+  static constexpr int parts = N / width;
+  static_assert(width * parts == N);
+  using mask = pack_mask<T, N>;
+  batch part[parts];
+
+  pack() = default;
+  PATCHRT_INLINE pack(T s) {  // NOLINT(google-explicit-constructor): constants enter kernels as T(2)
+    for (auto& p : part) p = batch(s);
+  }
+
+  PATCHRT_INLINE static pack load(T const* p) {
+    pack r;
+    for (int i = 0; i < parts; ++i) r.part[i] = batch::load_unaligned(p + i * width);
+    return r;
+  }
+  PATCHRT_INLINE void store(T* p) const {
+    for (int i = 0; i < parts; ++i) part[i].store_unaligned(p + i * width);
+  }
+  /// Lane i, by way of memory: for tests and rare paths.
+  T operator[](int i) const {
+    alignas(64) T lane[N];
+    store(lane);
+    return lane[i];
+  }
+
+  PATCHRT_INLINE pack& operator+=(pack b) { return *this = *this + b; }
+  PATCHRT_INLINE pack& operator-=(pack b) { return *this = *this - b; }
+  PATCHRT_INLINE pack& operator*=(pack b) { return *this = *this * b; }
+  PATCHRT_INLINE pack& operator/=(pack b) { return *this = *this / b; }
+  PATCHRT_INLINE friend pack operator+(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x + y; }); }
+  PATCHRT_INLINE friend pack operator-(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x - y; }); }
+  PATCHRT_INLINE friend pack operator*(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x * y; }); }
+  PATCHRT_INLINE friend pack operator/(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x / y; }); }
+  PATCHRT_INLINE friend pack operator-(pack a) {  // -0 - x, not xsimd's 0 - x: the sign of zero is a bit too
+    return map(a, [](batch x) { return batch(T(-0.0)) - x; });
+  }
+  PATCHRT_INLINE friend pack sqrt(pack a) { return map(a, [](batch x) { return xsimd::sqrt(x); }); }
+  PATCHRT_INLINE friend pack abs(pack a) { return map(a, [](batch x) { return xsimd::abs(x); }); }
+  PATCHRT_INLINE friend pack copysign(pack a, pack b) {
+    return zip(a, b, [](batch x, batch y) { return xsimd::copysign(x, y); });
+  }
+  PATCHRT_INLINE friend pack fma(pack a, pack b, pack c) {
+    for (int i = 0; i < parts; ++i) c.part[i] = detail::fused(a.part[i], b.part[i], c.part[i]);
+    return c;
+  }
+  PATCHRT_INLINE friend pack min(pack a, pack b) {
+#if defined(__SSE2__)  // minps is a < b ? a : b
+    return zip(a, b, [](batch x, batch y) { return xsimd::min(x, y); });
+#else
+    return select(a < b, a, b);
+#endif
+  }
+  PATCHRT_INLINE friend pack max(pack a, pack b) {
+#if defined(__SSE2__)  // maxps is b < a ? a : b
+    return zip(a, b, [](batch x, batch y) { return xsimd::max(x, y); });
+#else
+    return select(b < a, a, b);
+#endif
+  }
+  PATCHRT_INLINE friend mask operator<(pack a, pack b) { return compare(a, b, [](batch x, batch y) { return x < y; }); }
+  PATCHRT_INLINE friend mask operator>(pack a, pack b) { return b < a; }
+  PATCHRT_INLINE friend mask operator<=(pack a, pack b) { return compare(a, b, [](batch x, batch y) { return x <= y; }); }
+  PATCHRT_INLINE friend mask operator>=(pack a, pack b) { return b <= a; }
+  PATCHRT_INLINE friend mask operator==(pack a, pack b) { return compare(a, b, [](batch x, batch y) { return x == y; }); }
+  PATCHRT_INLINE friend pack select(mask m, pack a, pack b) {
+    for (int i = 0; i < parts; ++i) a.part[i] = xsimd::select(m.part[i], a.part[i], b.part[i]);
+    return a;
+  }
+
+ private:
+  template <class F> PATCHRT_INLINE static pack map(pack a, F f) {
+    for (auto& p : a.part) p = f(p);
+    return a;
+  }
+  template <class F> PATCHRT_INLINE static pack zip(pack a, pack b, F f) {
+    for (int i = 0; i < parts; ++i) a.part[i] = f(a.part[i], b.part[i]);
+    return a;
+  }
+  template <class F> PATCHRT_INLINE static mask compare(pack a, pack b, F f) {
+    mask m;
+    for (int i = 0; i < parts; ++i) m.part[i] = f(a.part[i], b.part[i]);
+    return m;
+  }
+};
+
+template <class T, int N> struct scalar_traits<pack<T, N>> {
+  using lane = T;
+  using mask = pack_mask<T, N>;
+  static constexpr int lanes = N;
+};
+
+/// Lanes to lanes of the other precision.
+template <class To, class From, int N>
+  requires(!std::is_same_v<To, From>)
+struct scalar_convert<pack<To, N>, pack<From, N>> {
+  PATCHRT_INLINE static pack<To, N> apply(pack<From, N> a) {
+#if defined(__AVX512F__)  // the masked forms: gcc 12 warns inside its own unmasked ones
+    if constexpr (N == 16 && sizeof(To) == 8) {
+      pack<To, N> r;
+      __m512 const x = a.part[0];
+      r.part[0] = _mm512_maskz_cvtps_pd(0xff, _mm512_castps512_ps256(x));
+      r.part[1] = _mm512_maskz_cvtps_pd(0xff, _mm512_castps512_ps256(_mm512_maskz_shuffle_f32x4(0xffff, x, x, 0x4e)));
+      return r;
+    } else if constexpr (N == 16 && sizeof(To) == 4) {
+      __m512 const lo = _mm512_zextps256_ps512(_mm512_maskz_cvtpd_ps(0xff, a.part[0]));
+      __m512 const hi = _mm512_zextps256_ps512(_mm512_maskz_cvtpd_ps(0xff, a.part[1]));
+      pack<To, N> r;
+      r.part[0] = _mm512_maskz_shuffle_f32x4(0xffff, lo, hi, 0x44);
+      return r;
+    } else
+#endif
+    {
+      alignas(64) From in[N];
+      alignas(64) To out[N];
+      a.store(in);
+      for (int i = 0; i < N; ++i) out[i] = static_cast<To>(in[i]);
+      return pack<To, N>::load(out);
+    }
+  }
+};
+
+/// The same lanes of a pack of the other precision.
+template <class To, class From, int N> struct scalar_convert<pack_mask<To, N>, pack_mask<From, N>> {
+  PATCHRT_INLINE static pack_mask<To, N> apply(pack_mask<From, N> m) {
+    if constexpr (std::is_same_v<To, From>) return m;
+    else return pack_mask<To, N>::from_bits(m.bits());
+  }
+};
+
+}  // namespace patchrt
