@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <patchrt/core/box.hpp>
+
+namespace patchrt {
+
+/// A ray prepared for many boxes; `inverse` is 1 / direction, infinite where the direction is zero.
+template <scalar T> struct slab_ray {
+  vec3<T> origin;
+  vec3<T> inverse;
+};
+
+/// The ray origin + t direction for `intersect` with boxes.
+template <scalar T> PATCHRT_INLINE slab_ray<T> make_slab_ray(vec3<T> const& origin, vec3<T> const& direction) {
+  T const one(1);
+  return {origin, {one / direction.x, one / direction.y, one / direction.z}};
+}
+
+/// The t at which a ray enters and leaves a box: a hit where entry <= exit.
+template <scalar T> struct slab_span {
+  T entry;
+  T exit;
+};
+
+/// Whether a span is the nearest that rounding allows, or is wide enough to cover all of its errors.
+enum class slab { nearest, conservative };
+
+namespace detail {
+
+/// The greatest `entry` so far and the least `exit`, of one axis and those before it.
+///
+/// Where the direction is zero, the planes of a box around the origin are at -inf and +inf, and a plane that the origin lies
+/// in is at 0 * inf = NaN, which max and min drop: a ray that runs in a face of the box meets it.
+template <scalar T, class B> PATCHRT_INLINE void clip(slab_span<T>& span, T origin, T inverse, B lo, B hi) {
+  auto const backward = inverse < T(0);
+  T const near = (select(backward, T(hi), T(lo)) - origin) * inverse;
+  T const far = (select(backward, T(lo), T(hi)) - origin) * inverse;
+  span.entry = max(near, span.entry);
+  span.exit = min(far, span.exit);
+}
+
+}  // namespace detail
+
+/// The part of [t_min, t_max] that r spends in b, one box for all lanes or one for each.
+///
+/// t = (plane - origin) inverse, by three roundings: at most gamma(3) relative error, far from the origin too (a fused
+/// plane inverse - origin inverse would leak there). `slab::conservative` widens the ends by twice that, so that no ray
+/// which truly meets the box is missed; entry and exit then are bounds. With either, a box inside another has no smaller
+/// entry and no greater exit, in computed arithmetic: every operation is monotone in the box's coordinates.
+/// \pre    Components of the direction are zero or neither subnormal nor so great that t is.
+/// \return entry > exit for a miss and for an empty box.
+/// \note   Williams, Barrus, Morley & Shirley, "An efficient and robust ray-box intersection algorithm", JGT 10(1), 2005;
+///         Ize, "Robust BVH ray traversal", JCGT 2(2), 2013.
+template <slab S = slab::nearest, scalar T, class B>
+  requires std::same_as<B, T> || std::same_as<B, lane_t<T>>
+PATCHRT_INLINE slab_span<T> intersect(slab_ray<T> const& r, box<B> const& b, T t_min, T t_max) {
+  constexpr lane_t<T> inf = std::numeric_limits<lane_t<T>>::infinity();
+  slab_span<T> s{t_min, t_max};
+  if constexpr (S == slab::conservative) s = {T(-inf), T(inf)};
+  detail::clip(s, r.origin.x, r.inverse.x, b.lo.x, b.hi.x);
+  detail::clip(s, r.origin.y, r.inverse.y, b.lo.y, b.hi.y);
+  detail::clip(s, r.origin.z, r.inverse.z, b.lo.z, b.hi.z);
+  if constexpr (S == slab::conservative) {
+    constexpr lane_t<T> widening = 4 * std::numeric_limits<lane_t<T>>::epsilon();  // 2 gamma(3) = 3 epsilon + ..., rounded up
+    T const more(1 + widening), less(1 - widening);
+    s.entry = max(t_min, min(s.entry * less, s.entry * more));
+    s.exit = min(t_max, max(s.exit * less, s.exit * more));
+  }
+  return s;
+}
+
+/// The same for the whole line: t from -infinity to infinity.
+template <slab S = slab::nearest, scalar T, class B>
+  requires std::same_as<B, T> || std::same_as<B, lane_t<T>>
+PATCHRT_INLINE slab_span<T> intersect(slab_ray<T> const& r, box<B> const& b) {
+  constexpr lane_t<T> inf = std::numeric_limits<lane_t<T>>::infinity();
+  return intersect<S>(r, b, T(-inf), T(inf));
+}
+
+}  // namespace patchrt
