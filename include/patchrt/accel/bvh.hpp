@@ -51,28 +51,35 @@ template <class T> struct bvh {
   std::size_t bytes() const { return nodes.size() * sizeof(bvh_node<T>) + links.size() * sizeof(octant_links); }
 };
 
-/// The links of every node: the child comes first that is nearer along the axis on which the children's centres are
+namespace detail {
+
+/// The links of node i's children, where it has any, from its own.
+template <class T> void link_children(bvh_node<T> const* nodes, octant_links* links, std::size_t i) {
+  if (nodes[i].primitive >= 0) return;
+  std::size_t const first = i + 1, second = nodes[first].skip;
+  box<T> const &a = nodes[first].bounds, &b = nodes[second].bounds;
+  vec3<T> const apart = (b.lo - a.lo) + (b.hi - a.hi);
+  T const x = abs(apart.x), y = abs(apart.y), z = abs(apart.z);
+  int const axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  unsigned const backward = component(apart, axis) < T(0);
+  for (unsigned o = 0; o < 8; ++o) {
+    std::uint32_t const second_first = (o >> axis & 1u) ^ backward;
+    std::uint32_t const done = links[i].link[o] & ~1u;
+    links[i].link[o] = done | second_first;
+    links[first].link[o] = second_first ? done : static_cast<std::uint32_t>(second) << 1;
+    links[second].link[o] = second_first ? static_cast<std::uint32_t>(first) << 1 : done;
+  }
+}
+
+}  // namespace detail
+
+/// Sets the links of every node: the child comes first that is nearer along the axis on which the children's centres are
 /// farthest apart.
 template <class T> void link_octants(std::span<bvh_node<T> const> nodes, std::span<octant_links> links) {
   PATCHRT_EXPECTS(nodes.size() == links.size());
   if (nodes.empty()) return;
   for (auto& l : links[0].link) l = static_cast<std::uint32_t>(nodes.size()) << 1;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {  // parents come before their children
-    if (nodes[i].primitive >= 0) continue;
-    std::size_t const first = i + 1, second = nodes[first].skip;
-    box<T> const &a = nodes[first].bounds, &b = nodes[second].bounds;
-    vec3<T> const apart = (b.lo - a.lo) + (b.hi - a.hi);
-    T const x = abs(apart.x), y = abs(apart.y), z = abs(apart.z);
-    int const axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-    unsigned const backward = component(apart, axis) < T(0);
-    for (unsigned o = 0; o < 8; ++o) {
-      unsigned const swap = (o >> axis & 1u) ^ backward;
-      std::uint32_t const done = links[i].link[o] & ~1u;
-      links[i].link[o] = done | swap;
-      links[first].link[o] = swap ? done : static_cast<std::uint32_t>(second) << 1;
-      links[second].link[o] = swap ? static_cast<std::uint32_t>(first) << 1 : done;
-    }
-  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) detail::link_children(nodes.data(), links.data(), i);  // parents come first
 }
 
 }  // namespace patchrt
