@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: MIT
+# Writes the first ```cpp block of README to PROGRAM, and what the next ```text block says it prints to PROGRAM.expected.
+file(READ ${README} text)
+
+function(take_block language out)
+  string(FIND "${text}" "\n```${language}\n" begin)
+  if(begin LESS 0)
+    message(FATAL_ERROR "README.md has no ```${language} block, or not after the one before")
+  endif()
+  string(LENGTH "\n```${language}\n" skip)
+  math(EXPR begin "${begin} + ${skip}")
+  string(SUBSTRING "${text}" ${begin} -1 text)
+  string(FIND "${text}" "\n```\n" end)
+  string(SUBSTRING "${text}" 0 ${end} code)
+  string(SUBSTRING "${text}" ${end} -1 text)
+  set(text "${text}" PARENT_SCOPE)
+  set(${out} "${code}\n" PARENT_SCOPE)
+endfunction()
+
+take_block(cpp code)
+take_block(text expected)
+string(REGEX MATCHALL "\n" lines "${code}")
+list(LENGTH lines count)
+if(count GREATER 15)
+  message(FATAL_ERROR "README.md promises a program of 15 lines, it has ${count}")
+endif()
+file(WRITE ${PROGRAM} "${code}")
+file(WRITE ${PROGRAM}.expected "${expected}")
