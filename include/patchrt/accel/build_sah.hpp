@@ -11,6 +11,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace patchrt {
 
@@ -114,7 +115,8 @@ template <class T, executor E> class sah_builder {
   /// Puts the left side of a list first and returns its length.
   std::size_t split_short(list const& l) {
     if (l.size == 2) return 1;
-    if (l.size <= std::size_t(sah_sweep<T>::few) && l.depth < deepest_sah) return sah_sweep<T>::split(l.begin, int(l.size));
+    if (l.size <= std::size_t(sah_sweep<T>::few) && l.depth < deepest_sah)
+      return sah_sweep<T>::split(l.begin, int(l.size));
     sah_grid<T> const grid(centre_bounds<T>(l.begin, l.begin + l.size), bins_);
     if (grid.longest_axis() < 0) return l.size / 2;
     if (l.depth < deepest_sah) {
@@ -138,7 +140,7 @@ template <class T, executor E> class sah_builder {
     }
     back_ = std::make_unique_for_overwrite<primitive[]>(n);
     primitive *from = front_.get(), *to = back_.get();
-    for (std::vector<list> level{all}, next; !level.empty(); std::swap(level, next), std::swap(from, to), next.clear()) {
+    for (std::vector<list> level{all}, next; !level.empty(); next.clear()) {
       std::vector<piece> pieces = cut(level);
       std::vector<sah_grid<T>> const grids = find_grids(level, pieces);
       std::vector<sah_split> const splits = find_splits(level, pieces, grids);
@@ -151,6 +153,8 @@ template <class T, executor E> class sah_builder {
         top_.push_back(level[i].node);
         for (list const& c : child) (c.size > longest_short ? next : short_).push_back(c);
       }
+      std::swap(level, next);
+      std::swap(from, to);
     }
   }
 
@@ -204,8 +208,8 @@ template <class T, executor E> class sah_builder {
       if (split.left == 0) split = halve(grids[first->list], l.begin, l.size);
       std::size_t left_to = 0, right_to = split.left;
       for (; first != last; ++first) {
-        std::size_t const left = split.axis < 0 ? std::clamp(split.left, first->begin, first->end) - first->begin
-                                                : first->bins.left(split);
+        std::size_t const left =
+            split.axis < 0 ? std::clamp(split.left, first->begin, first->end) - first->begin : first->bins.left(split);
         first->left_to = left_to;
         first->right_to = right_to;
         left_to += left;

@@ -79,7 +79,8 @@ template <class T> void link_octants(std::span<bvh_node<T> const> nodes, std::sp
   PATCHRT_EXPECTS(nodes.size() == links.size());
   if (nodes.empty()) return;
   for (auto& l : links[0].link) l = static_cast<std::uint32_t>(nodes.size()) << 1;
-  for (std::size_t i = 0; i < nodes.size(); ++i) detail::link_children(nodes.data(), links.data(), i);  // parents come first
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    detail::link_children(nodes.data(), links.data(), i);  // parents come first
 }
 
 }  // namespace patchrt

@@ -51,17 +51,15 @@ template <class T> struct sah_primitive : sah_bounds<T> {
 
 /// The bounds of the centres of some primitives.
 template <class T> sah_bounds<T> centre_bounds(sah_primitive<T> const* begin, sah_primitive<T> const* end) {
-  sah_bounds<T> all = sah_bounds<T>::empty();
-  for (; begin != end; ++begin) {
-    sah_bounds<T> c;
+  constexpr T inf = std::numeric_limits<T>::infinity();
+  T lo[4] = {inf, inf, inf, inf}, hi[4] = {-inf, -inf, -inf, -inf};
+  for (; begin != end; ++begin)
     for (int k = 0; k < 4; ++k) {
       T const x = begin->centre(k);
-      c.lane[k] = -x;
-      c.lane[4 + k] = x;
+      lo[k] = x < lo[k] ? x : lo[k];
+      hi[k] = hi[k] < x ? x : hi[k];
     }
-    all.add(c);
-  }
-  return all;
+  return {{-lo[0], -lo[1], -lo[2], -lo[3], hi[0], hi[1], hi[2], hi[3]}};
 }
 
 /// The cells, equally wide, that centres are counted in, on each axis.
@@ -183,7 +181,9 @@ template <class T> struct sah_bins {
 /// Two halves by the order of the centres on the longest axis.
 template <class T> sah_split halve(sah_grid<T> const& grid, sah_primitive<T>* begin, std::size_t n) {
   int const axis = grid.longest_axis();
-  auto const key = [axis](sah_primitive<T> const& p) { return p.centre(axis) == p.centre(axis) ? p.centre(axis) : T(0); };
+  auto const key = [axis](sah_primitive<T> const& p) {
+    return p.centre(axis) == p.centre(axis) ? p.centre(axis) : T(0);
+  };
   if (axis >= 0) {
     std::nth_element(begin, begin + n / 2, begin + n, [key](auto const& a, auto const& b) { return key(a) < key(b); });
   }

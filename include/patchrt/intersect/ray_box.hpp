@@ -23,6 +23,10 @@ template <scalar T> struct slab_span {
   T exit;
 };
 
+/// A number for all lanes of T, or one for each.
+template <class B, class T>
+concept lanes_of = std::same_as<B, T> || std::same_as<B, lane_t<T>>;
+
 /// Whether a span is the nearest that rounding allows, or is wide enough to cover all of its errors.
 enum class slab { nearest, conservative };
 
@@ -45,34 +49,31 @@ template <scalar T, class B> PATCHRT_INLINE void clip(slab_span<T>& span, T orig
 /// The part of [t_min, t_max] that r spends in b, one box for all lanes or one for each.
 ///
 /// t = (plane - origin) inverse, by three roundings: at most gamma(3) relative error, far from the origin too (a fused
-/// plane inverse - origin inverse would leak there). `slab::conservative` widens the ends by twice that, so that no ray
-/// which truly meets the box is missed; entry and exit then are bounds. With either, a box inside another has no smaller
-/// entry and no greater exit, in computed arithmetic: every operation is monotone in the box's coordinates.
-/// \pre    Components of the direction are zero or neither subnormal nor so great that t is.
-/// \return entry > exit for a miss and for an empty box.
+/// plane inverse - origin inverse would leak there). `slab::conservative` moves both ends, t_min and t_max among them,
+/// outward by more than twice that, so that no ray which truly meets the box is missed and entry and exit are bounds.
+/// With either, a box inside another has no smaller entry and no greater exit, in computed arithmetic: every operation is
+/// monotone in the box's coordinates.
+/// \pre    Each component of the direction is zero, or normal and such that no t to a plane of b over- or underflows.
+/// \return entry <= exit for a hit; anything else, NaN included, for a miss. Empty boxes are missed.
 /// \note   Williams, Barrus, Morley & Shirley, "An efficient and robust ray-box intersection algorithm", JGT 10(1), 2005;
 ///         Ize, "Robust BVH ray traversal", JCGT 2(2), 2013.
-template <slab S = slab::nearest, scalar T, class B>
-  requires std::same_as<B, T> || std::same_as<B, lane_t<T>>
+template <slab S = slab::nearest, scalar T, lanes_of<T> B>
 PATCHRT_INLINE slab_span<T> intersect(slab_ray<T> const& r, box<B> const& b, T t_min, T t_max) {
-  constexpr lane_t<T> inf = std::numeric_limits<lane_t<T>>::infinity();
   slab_span<T> s{t_min, t_max};
-  if constexpr (S == slab::conservative) s = {T(-inf), T(inf)};
   detail::clip(s, r.origin.x, r.inverse.x, b.lo.x, b.hi.x);
   detail::clip(s, r.origin.y, r.inverse.y, b.lo.y, b.hi.y);
   detail::clip(s, r.origin.z, r.inverse.z, b.lo.z, b.hi.z);
   if constexpr (S == slab::conservative) {
-    constexpr lane_t<T> widening = 4 * std::numeric_limits<lane_t<T>>::epsilon();  // 2 gamma(3) = 3 epsilon + ..., rounded up
-    T const more(1 + widening), less(1 - widening);
-    s.entry = max(t_min, min(s.entry * less, s.entry * more));
-    s.exit = min(t_max, max(s.exit * less, s.exit * more));
+    // 2 gamma(3) = 3 epsilon + ..., rounded up. At the wrong infinity, in a miss, this is NaN.
+    T const widening(4 * std::numeric_limits<lane_t<T>>::epsilon());
+    s.entry = fma(-widening, abs(s.entry), s.entry);
+    s.exit = fma(widening, abs(s.exit), s.exit);
   }
   return s;
 }
 
 /// The same for the whole line: t from -infinity to infinity.
-template <slab S = slab::nearest, scalar T, class B>
-  requires std::same_as<B, T> || std::same_as<B, lane_t<T>>
+template <slab S = slab::nearest, scalar T, lanes_of<T> B>
 PATCHRT_INLINE slab_span<T> intersect(slab_ray<T> const& r, box<B> const& b) {
   constexpr lane_t<T> inf = std::numeric_limits<lane_t<T>>::infinity();
   return intersect<S>(r, b, T(-inf), T(inf));
