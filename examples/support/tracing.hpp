@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <patchrt/accel/build_mixed_hierarchy.hpp>
+#include <patchrt/exec/openmp.hpp>
+#include <patchrt/shapes/bezier_patch.hpp>
+#include <patchrt/trace/fused.hpp>
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace patchrt::examples {
+
+inline constexpr std::array<accuracy, 3> accuracy_levels = {accuracy::fast, accuracy::refined, accuracy::reference};
+
+/// The level's name on the command line.
+std::string_view name_of(accuracy level);
+
+/// \throws std::invalid_argument for what no level is called.
+accuracy accuracy_named(std::string_view name);
+
+/// A model that rays can be shot at, with accuracy and threads chosen at run time.
+class tracer {
+ public:
+  /// \param threads 0 leaves the number to OpenMP.
+  tracer(std::span<bicubic_patch<double> const> patches, int threads);
+
+  /// The nearest hit of each ray; some hit where `any`.
+  void trace(accuracy level, bool any, std::span<ray<double> const> rays, std::span<patch_hit> hits) const;
+  /// The work that `trace` does for these rays, found by doing it again in one thread.
+  hierarchy_counts count_work(accuracy level, bool any, std::span<ray<double> const> rays) const;
+
+  openmp const& executor() const { return executor_; }
+  double build_seconds() const { return build_seconds_; }
+  std::size_t hierarchy_bytes() const { return hierarchy_.hierarchy_bytes(); }
+  std::size_t patch_bytes() const { return hierarchy_.patch_bytes(); }
+
+ private:
+  openmp executor_;
+  mixed_hierarchy hierarchy_;
+  double build_seconds_ = 0;
+};
+
+}  // namespace patchrt::examples
