@@ -18,31 +18,37 @@ using quad = long double;
 using real = long double;
 
 constexpr real rounding = std::numeric_limits<real>::epsilon();
-/// How far beyond [0, 1] the search starts, so that roots on an edge are inside of the first cell.
+/// How far beyond [0, 1] the search starts, and beyond a cell its root may lie.
 constexpr real overhang = real(1) / 64;
 constexpr int most_cells = 20000;
 constexpr int newton_steps = 40;
 /// Roundings of all cuts together, in units of the patch's projection: a cell's numbers shrink with it.
 constexpr real rounding_steps = 256;
 
-template <class R> struct point3 {
-  R x, y, z;
-};
+template <class R> struct point3 { R x, y, z; };
 template <class R> R dot(point3<R> const& a, point3<R> const& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 template <class R> point3<R> cross(point3<R> const& a, point3<R> const& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 real length(point3<quad> const& a) { return std::sqrt(static_cast<real>(dot(a, a))); }
 
-/// The ray, and the rows that take a point, less the origin, along the direction d to a coordinate plane: x_i - (d_i / d_k) x_k
-/// with k the largest component of d and i the two others.
+template <class R> R at(point3<R> const& p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+template <class R> point3<R> rounded(point3<quad> const& p) {
+  return {static_cast<R>(p.x), static_cast<R>(p.y), static_cast<R>(p.z)};
+}
+
+/// The ray, and the way along its direction d to a coordinate plane: x_i - (d_i / d_k) x_k of a vector x, with k the largest
+/// component of d and i the two others.
 struct projection {
   point3<quad> origin;
   point3<quad> direction;
-  point3<quad> row[2];
-};
+  int axis;
+  quad slope[2];
 
-quad at(point3<quad> const& p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+  template <class R> R operator()(point3<R> const& x, int r) const {
+    return at(x, (axis + 1 + r) % 3) - static_cast<R>(slope[r]) * at(x, axis);
+  }
+};
 
 std::optional<projection> project_along(oracle_ray const& ray) {
   if (!std::all_of(ray.begin(), ray.begin() + 6, [](double x) { return std::isfinite(x); })) return {};
@@ -52,15 +58,8 @@ std::optional<projection> project_along(oracle_ray const& ray) {
     if (std::abs(ray[std::size_t(a)]) > std::abs(ray[std::size_t(k)])) k = a;
   }
   if (ray[std::size_t(k)] == 0) return {};
-  projection p{{ray[0], ray[1], ray[2]}, {ray[3], ray[4], ray[5]}, {}};
-  int const axis = k - 3;
-  for (int r = 0; r < 2; ++r) {
-    int const other = (axis + 1 + r) % 3;
-    quad n[3] = {0, 0, 0};
-    n[other] = 1;
-    n[axis] = -at(p.direction, other) / at(p.direction, axis);
-    p.row[r] = {n[0], n[1], n[2]};
-  }
+  projection p{{ray[0], ray[1], ray[2]}, {ray[3], ray[4], ray[5]}, k - 3, {}};
+  for (int r = 0; r < 2; ++r) p.slope[r] = at(p.direction, (p.axis + 1 + r) % 3) / at(p.direction, p.axis);
   return p;
 }
 
@@ -105,15 +104,15 @@ cell part(cell c, bool along_u, real t0, real t1) {
   return c;
 }
 
-/// Control points of Q less the origin, times the projection's rows: rounded once, from more bits.
-cell project(oracle_patch const& patch, projection const& view) {
+/// The control points less the origin, projected.
+template <class R> cell project(oracle_patch const& patch, projection const& view) {
   cell c{{}, 0, 1, 0, 1};
+  point3<R> const o = rounded<R>(view.origin);
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       std::size_t const k = std::size_t(3 * (4 * i + j));
-      point3<quad> const p{quad(patch[k]) - view.origin.x, quad(patch[k + 1]) - view.origin.y,
-                           quad(patch[k + 2]) - view.origin.z};
-      for (int r = 0; r < 2; ++r) c.f[r][i][j] = static_cast<real>(dot(view.row[r], p));
+      point3<R> const p{R(patch[k]) - o.x, R(patch[k + 1]) - o.y, R(patch[k + 2]) - o.z};
+      for (int r = 0; r < 2; ++r) c.f[r][i][j] = static_cast<real>(view(p, r));
     }
   }
   return c;
@@ -168,9 +167,11 @@ bool is_separated(cell const& c, real error) {
   return true;
 }
 
-enum class verdict { no_root, one_root, undecided };
+enum class verdict { no_root, one_root_at_most, undecided };
 
 /// Krawczyk's operator on the cell: K = m - A f(m) + (I - A J)(X - m), with A the inverse of J(m), m the middle of X.
+///
+/// Slopes |I - A J| up to 1/2 on the cell are below 1 on a cell 1/64 larger on each side: no two roots there.
 verdict krawczyk(cell const& c, real error, real& x, real& y) {
   real f[2], du[2], dv[2];
   for (int r = 0; r < 2; ++r) {
@@ -210,18 +211,14 @@ verdict krawczyk(cell const& c, real error, real& x, real& y) {
   }
   x = middle[0];
   y = middle[1];
-  bool off = false, inside = true;
   for (int r = 0; r < 2; ++r) {
-    off = off || std::abs(middle[r] - real(0.5)) > radius[r] + real(0.5);
-    inside = inside && std::abs(middle[r] - real(0.5)) + radius[r] < real(0.5);
+    if (std::abs(middle[r] - real(0.5)) > radius[r] + real(0.5)) return verdict::no_root;
   }
-  return off ? verdict::no_root : inside ? verdict::one_root : verdict::undecided;
+  return std::max(radius[0], radius[1]) <= real(0.25) ? verdict::one_root_at_most : verdict::undecided;
 }
 
 /// Surface point and tangents.
-template <class R> struct jet {
-  point3<R> q, du, dv;
-};
+template <class R> struct jet { point3<R> q, du, dv; };
 
 template <class R> jet<R> evaluate(oracle_patch const& patch, R u, R v) {
   R const su = 1 - u, sv = 1 - v;
@@ -231,33 +228,28 @@ template <class R> jet<R> evaluate(oracle_patch const& patch, R u, R v) {
   R const cv[3] = {3 * sv * sv, 6 * v * sv, 3 * v * v};
   R out[3][3] = {};
   for (std::size_t a = 0; a < 3; ++a) {
+    R row[4];
     for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j < 4; ++j) {
-        std::size_t const k = 3 * (4 * i + j) + a;
-        R const p = patch[k];
-        out[0][a] += bu[i] * bv[j] * p;
-        if (i < 3) out[1][a] += cu[i] * bv[j] * (R(patch[k + 12]) - p);
-        if (j < 3) out[2][a] += bu[i] * cv[j] * (R(patch[k + 3]) - p);
-      }
+      R const p[4] = {patch[12 * i + a], patch[12 * i + 3 + a], patch[12 * i + 6 + a], patch[12 * i + 9 + a]};
+      row[i] = bv[0] * p[0] + bv[1] * p[1] + bv[2] * p[2] + bv[3] * p[3];
+      out[0][a] += bu[i] * row[i];
+      out[2][a] += bu[i] * (cv[0] * (p[1] - p[0]) + cv[1] * (p[2] - p[1]) + cv[2] * (p[3] - p[2]));
     }
+    for (std::size_t i = 0; i < 3; ++i) out[1][a] += cu[i] * (row[i + 1] - row[i]);
   }
   auto const point = [](R const(&p)[3]) { return point3<R>{p[0], p[1], p[2]}; };
   return {point(out[0]), point(out[1]), point(out[2])};
 }
 
-template <class R> point3<R> rounded(point3<quad> const& p) {
-  return {static_cast<R>(p.x), static_cast<R>(p.y), static_cast<R>(p.z)};
-}
-
 /// Newton on the two projected coordinates from (u, v), to small steps that no longer shrink: whether it came there.
 template <class R> bool polish(oracle_patch const& patch, projection const& view, quad& u, quad& v) {
-  point3<R> const o = rounded<R>(view.origin), r0 = rounded<R>(view.row[0]), r1 = rounded<R>(view.row[1]);
+  point3<R> const o = rounded<R>(view.origin);
   real last = std::numeric_limits<real>::infinity();
   for (int n = 0; n < newton_steps; ++n) {
     jet<R> const s = evaluate<R>(patch, static_cast<R>(u), static_cast<R>(v));
     point3<R> const q{s.q.x - o.x, s.q.y - o.y, s.q.z - o.z};
-    R const f = dot(r0, q), g = dot(r1, q);
-    R const fu = dot(r0, s.du), fv = dot(r0, s.dv), gu = dot(r1, s.du), gv = dot(r1, s.dv);
+    R const f = view(q, 0), g = view(q, 1);
+    R const fu = view(s.du, 0), fv = view(s.dv, 0), gu = view(s.du, 1), gv = view(s.dv, 1);
     R const det = fu * gv - fv * gu;
     if (det == 0) return false;
     R const step_u = (f * gv - g * fv) / det, step_v = (fu * g - gu * f) / det;
@@ -303,7 +295,12 @@ struct found {
 /// All roots of the patch over [-margin, 1 + margin]^2.
 found search(oracle_patch const& patch, projection const& view, int index, real margin) {
   found out;
-  cell const whole = project(patch, view);
+  real reach = 0;
+  for (double const x : patch) reach = std::max(reach, std::abs(real(x)));
+  for (int a = 0; a < 3; ++a) reach = std::max(reach, std::abs(static_cast<real>(at(view.origin, a))));
+  cell const rough = project<real>(patch, view);
+  if (is_separated(rough, 16 * rounding * reach + 16 * margin * largest(rough))) return out;
+  cell const whole = project<quad>(patch, view);
   real const error = rounding_steps * rounding * largest(whole);
   std::vector<cell> stack{part(part(whole, true, -overhang, 1 + overhang), false, -overhang, 1 + overhang)};
   for (int visited = 0; !stack.empty(); ++visited) {
@@ -319,11 +316,12 @@ found search(oracle_patch const& patch, projection const& view, int index, real 
     real x = 0, y = 0;
     verdict const k = krawczyk(c, error, x, y);
     if (k == verdict::no_root) continue;
-    if (k == verdict::one_root) {
+    if (k == verdict::one_root_at_most) {
       quad u = c.u0 + x * (c.u1 - c.u0), v = c.v0 + y * (c.v1 - c.v0);
       bool const is_polished = polish<real>(patch, view, u, v) && polish<quad>(patch, view, u, v);
       oracle_root const root = describe(patch, view, index, u, v);
-      bool const in_cell = c.u0 <= root.u && root.u <= c.u1 && c.v0 <= root.v && root.v <= c.v1;
+      real const du = overhang * (c.u1 - c.u0), dv = overhang * (c.v1 - c.v0);
+      bool const in_cell = c.u0 - du <= root.u && root.u <= c.u1 + du && c.v0 - dv <= root.v && root.v <= c.v1 + dv;
       bool const in_patch = root.u >= -margin && root.u <= 1 + margin && root.v >= -margin && root.v <= 1 + margin;
       bool const known = std::any_of(out.roots.begin(), out.roots.end(), [&](oracle_root const& r) {
         return std::abs(r.u - root.u) <= 1e-15L && std::abs(r.v - root.v) <= 1e-15L;
@@ -350,8 +348,8 @@ found search(oracle_patch const& patch, projection const& view, int index, real 
       continue;
     }
     bool const along_u = along[0] >= along[1];
-    stack.push_back(part(c, along_u, 0.4375L, 1));
-    stack.push_back(part(c, along_u, 0, 0.5625L));
+    stack.push_back(part(c, along_u, 0.5L, 1));
+    stack.push_back(part(c, along_u, 0, 0.5L));
   }
   return out;
 }

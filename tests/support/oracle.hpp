@@ -5,11 +5,10 @@
 /// Every hit of a ray with bicubic Bezier patches, by a way of its own: no code of patchrt, no Newton from guesses, and
 /// more digits than the answers it judges.
 ///
-/// The patch is projected along the ray to the plane in 113 bits (where the compiler has them), and cut into overlapping
-/// cells. A cell is dropped when a line separates its control points from the ray, or when Krawczyk's operator, whose slopes
-/// come from the hull of the derivatives' control points, maps it off itself; it holds exactly one root when the operator
-/// maps it into itself, and that root is polished to the last of the 113 bits. What is left at the rounding level is
-/// reported as singular.
+/// The patch is projected along the ray to the plane in 113 bits (where the compiler has them) and cut into cells. A cell is
+/// dropped when a line separates its control points from the ray, or when Krawczyk's operator, whose slopes come from the
+/// hull of the derivatives' control points, maps it off itself. A cell on which the operator contracts holds one root at
+/// most; Newton's method finds it, to the last of the 113 bits. What is left at the rounding level is reported as singular.
 /// \note Krawczyk's operator: Neumaier, Interval Methods for Systems of Equations, 1990, section 5.2; Hansen & Walster,
 ///       Global Optimization Using Interval Analysis, 2nd ed., 2004, section 11.
 
