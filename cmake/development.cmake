@@ -19,6 +19,12 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # False alarms of GCC 12 inside its own avx512fintrin.h.
   list(APPEND patchrt_warnings -Wno-uninitialized -Wno-maybe-uninitialized)
 endif()
+# Clang 19 says this of its own -march=native on processors with AVX10.
+include(CheckCXXCompilerFlag)
+check_cxx_compiler_flag(-Winvalid-feature-combination PATCHRT_HAS_FEATURE_COMBINATION_WARNING)
+if(PATCHRT_HAS_FEATURE_COMBINATION_WARNING)
+  list(APPEND patchrt_warnings -Wno-invalid-feature-combination)
+endif()
 
 # patchrt_development: links patchrt and every component at hand, with PATCHRT_HAVE_<COMPONENT> for each.
 add_library(patchrt_development INTERFACE)

@@ -46,7 +46,7 @@ install_packages() {
     fi
   done
   if [ "${#available[@]}" -gt 0 ]; then
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${available[@]}" ||
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${available[@]}" >/dev/null ||
       echo "apt-get install failed, going on with what there is"
   fi
 }
