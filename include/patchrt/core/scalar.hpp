@@ -17,12 +17,15 @@ namespace patchrt {
 template <class T> struct scalar_traits {
   using lane = T;
   using mask = bool;
+  template <class L> using rebind = L;
   static constexpr int lanes = 1;
 };
 /// The type that comparisons of T give: bool, or one flag a lane.
 template <class T> using mask_t = typename scalar_traits<T>::mask;
 /// The type of one lane of T: float for float and for packs of float.
 template <class T> using lane_t = typename scalar_traits<T>::lane;
+/// As many lanes as T has, each an L: pack<double, 16> for pack<float, 16> and double.
+template <class T, class L> using rebind_lane_t = typename scalar_traits<T>::template rebind<L>;
 /// The number of lanes of T: 1 for everything but packs.
 template <class T> inline constexpr int lanes_v = scalar_traits<T>::lanes;
 

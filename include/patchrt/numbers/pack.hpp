@@ -227,6 +227,7 @@ template <class T, int N> struct pack {
 template <class T, int N> struct scalar_traits<pack<T, N>> {
   using lane = T;
   using mask = pack_mask<T, N>;
+  template <class L> using rebind = pack<L, N>;
   static constexpr int lanes = N;
 };
 

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// host only
+#pragma once
+
+#include <patchrt/accel/build_sah.hpp>
+#include <patchrt/accel/build_subpatch_tree.hpp>
+#include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/exec/executor.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace patchrt {
+
+/// How a mixed hierarchy is built.
+struct mixed_hierarchy_options {
+  /// Levels of every patch's tree, 0 to max_subpatch_depth: the paper's fixed depth, u and v halved in turn. -1 lets the depth
+  /// follow each patch's shape: as many halvings along u and along v as bring the turn of its tangents within a cell under
+  /// `max_turn`.
+  int depth = -1;
+  /// Radians, for depth -1.
+  float max_turn = 0.5f;
+};
+
+/// Patches ready for rays: owns what `mixed_hierarchy_view` points to.
+struct mixed_hierarchy {
+  bvh<float> top;
+  std::vector<search_patch> search;
+  std::vector<exact_patch> exact;
+  std::vector<subpatch_node> nodes;
+  std::vector<subpatch_leaf> leaves;
+  vec3<double> centre{0.0, 0.0, 0.0};
+  double inverse_scale = 1;
+
+  mixed_hierarchy_view view() const {
+    return {top.view(), search.data(), exact.data(), nodes.data(), leaves.data(), centre, inverse_scale};
+  }
+  std::size_t patch_count() const { return search.size(); }
+  /// Bytes of the boxes over and in the patches.
+  std::size_t hierarchy_bytes() const {
+    return top.bytes() + nodes.size() * sizeof(subpatch_node) + leaves.size() * sizeof(subpatch_leaf) +
+           search.size() * sizeof(subpatch_tree);
+  }
+  /// Bytes of the patches themselves, in both forms.
+  std::size_t patch_bytes() const {
+    return search.size() * (sizeof(search_patch) - sizeof(subpatch_tree)) + exact.size() * sizeof(exact_patch);
+  }
+};
+
+namespace detail {
+
+/// Halvings that bring a turn of `turn` radians under `most`.
+inline int halvings(float turn, float most) {
+  int n = 0;
+  for (; n < max_subpatch_depth / 2 && turn > most; turn *= 0.5f) ++n;
+  return n;
+}
+
+/// How far the tangents along the net's first index turn, in radians, estimated by the largest second difference over the
+/// mean first difference.
+inline float turn_along(bicubic_patch<float> const& p, int stride, int across) {
+  float second = 0, first = 0;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 3; ++i) {
+      vec3<float> const a = p.control_points[j * across + i * stride], b = p.control_points[j * across + (i + 1) * stride];
+      first += std::sqrt(dot(b - a, b - a));
+      if (i == 2) continue;
+      vec3<float> const d = (p.control_points[j * across + (i + 2) * stride] - b) - (b - a);
+      second = std::max(second, std::sqrt(dot(d, d)));
+    }
+  first /= 12;
+  return first > 0 ? 2 * second / first : 0;
+}
+
+inline subpatch_splits choose_splits(bicubic_patch<float> const& p, mixed_hierarchy_options const& options) {
+  if (options.depth >= 0) return alternating_splits(options.depth);
+  int u = halvings(turn_along(p, 4, 1), options.max_turn), v = halvings(turn_along(p, 1, 4), options.max_turn);
+  subpatch_splits s{u + v, 0};
+  for (int level = 0; level < s.depth; ++level) {
+    bool const split_v = v > u;
+    s.splits_v = static_cast<std::uint8_t>(s.splits_v | unsigned(split_v) << level);
+    --(split_v ? v : u);
+  }
+  return s;
+}
+
+}  // namespace detail
+
+/// Builds the mixed hierarchy of `patches`: each patch moved to its own origin, its sub-patch tree, and a BVH over all.
+///
+/// \throws std::invalid_argument naming the patch and control point where there is no patch, a coordinate is not finite, the
+///         scene's extent overflows, or `options` are out of range.
+/// \note Nigam & Narayanan 2012, section 3.
+template <executor E>
+mixed_hierarchy build_mixed_hierarchy(std::span<bicubic_patch<double> const> patches, mixed_hierarchy_options const& options,
+                                      E const& exec) {
+  if (patches.empty()) throw std::invalid_argument("build_mixed_hierarchy: expected at least one patch, got none");
+  if (patches.size() > std::size_t(std::numeric_limits<std::int32_t>::max() / 2))
+    throw std::invalid_argument("build_mixed_hierarchy: expected fewer than 2^30 patches");
+  if (options.depth < -1 || options.depth > max_subpatch_depth)
+    throw std::invalid_argument("build_mixed_hierarchy: expected a depth of -1 to " + std::to_string(max_subpatch_depth) +
+                                ", got " + std::to_string(options.depth));
+  if (!(options.max_turn > 0)) throw std::invalid_argument("build_mixed_hierarchy: expected max_turn > 0");
+
+  std::size_t const n = patches.size();
+  mixed_hierarchy h;
+  std::vector<box<double>> hulls(n);
+  exec.for_each(n, [&](std::size_t i) {
+    for (int k = 0; k < 16; ++k) {
+      vec3<double> const& p = patches[i].control_points[k];
+      if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
+        throw std::invalid_argument("build_mixed_hierarchy: patch " + std::to_string(i) + ", control point " +
+                                    std::to_string(k) + ": expected finite coordinates");
+    }
+    hulls[i] = bounds(patches[i]);
+  });
+  box<double> scene = box<double>::empty();
+  for (auto const& b : hulls) scene = merge(scene, b);
+  vec3<double> const half = (scene.hi - scene.lo) * 0.5;
+  double const widest = std::max({half.x, half.y, half.z});
+  if (!std::isfinite(widest) || !(widest < 1e150))
+    throw std::invalid_argument("build_mixed_hierarchy: expected a scene smaller than 1e150 across");
+  h.centre = scene.lo + half;
+  // A power of two, so that scaling is exact; a scene that is one point gets any scale.
+  int exponent = 0;
+  std::frexp(std::max(widest, 1e-150), &exponent);
+  h.inverse_scale = std::ldexp(1.0, -exponent);
+
+  h.search.resize(n);
+  h.exact.resize(n);
+  std::vector<bicubic_patch<float>> nets(n);
+  std::vector<subpatch_splits> splits(n);
+  exec.for_each(n, [&](std::size_t i) {
+    exact_patch& e = h.exact[i];
+    e.base = hulls[i].lo + (hulls[i].hi - hulls[i].lo) * 0.5;
+    e.search_base = (e.base - h.centre) * h.inverse_scale;
+    e.size = 0;
+    bicubic_patch<double> scaled;
+    for (int k = 0; k < 16; ++k) {
+      vec3<double> const p = patches[i].control_points[k] - e.base;
+      e.patch.control_points[k] = p;
+      e.size = std::max({e.size, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+      scaled.control_points[k] = p * h.inverse_scale;
+      nets[i].control_points[k] = convert_vec<float>(scaled.control_points[k]);
+    }
+    power_patch<double> const power = to_power(scaled);
+    for (int k = 0; k < 16; ++k) h.search[i].power.coefficients[k] = convert_vec<float>(power.coefficients[k]);
+    splits[i] = detail::choose_splits(nets[i], options);
+  });
+
+  std::vector<std::size_t> first_node(n + 1, 0), first_leaf(n + 1, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    first_node[i + 1] = first_node[i] + subpatch_node_count(splits[i].depth);
+    first_leaf[i + 1] = first_leaf[i] + subpatch_leaf_count(splits[i].depth);
+  }
+  if (first_node[n] > std::numeric_limits<std::uint32_t>::max())
+    throw std::invalid_argument("build_mixed_hierarchy: expected fewer than 2^32 sub-patches: choose a smaller depth");
+  h.nodes.resize(first_node[n]);
+  h.leaves.resize(first_leaf[n]);
+  std::vector<box<float>> boxes(n);
+  exec.for_each(n, [&](std::size_t i) {
+    subpatch_tree& tree = h.search[i].tree;
+    tree = build_subpatch_tree(nets[i], splits[i],
+                               std::span(h.nodes).subspan(first_node[i], first_node[i + 1] - first_node[i]),
+                               std::span(h.leaves).subspan(first_leaf[i], first_leaf[i + 1] - first_leaf[i]));
+    tree.first_node = static_cast<std::uint32_t>(first_node[i]);
+    tree.first_leaf = static_cast<std::uint32_t>(first_leaf[i]);
+    constexpr float pad = 0x1p-19f;
+    for (int c = 0; c < 3; ++c) {
+      boxes[i].lo[c] = static_cast<float>((hulls[i].lo[c] - h.centre[c]) * h.inverse_scale) - pad;
+      boxes[i].hi[c] = static_cast<float>((hulls[i].hi[c] - h.centre[c]) * h.inverse_scale) + pad;
+    }
+  });
+  h.top = build_sah(std::span<box<float> const>(boxes), exec);
+  return h;
+}
+
+}  // namespace patchrt

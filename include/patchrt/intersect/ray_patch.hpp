@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// \file
+/// The ray-patch solver: where a ray meets one cell of a bicubic patch.
+///
+/// A ray is two planes (core/twin_planes.hpp). Their normals turn the patch into two scalar bicubics once a ray; a cell's
+/// linear part then either excludes the cell or starts Newton's iteration in it; the root is corrected on the control points.
+
+#include <patchrt/core/twin_planes.hpp>
+#include <patchrt/roots/newton.hpp>
+#include <patchrt/shapes/power_patch.hpp>
+
+#include <limits>
+
+namespace patchrt {
+
+/// The signed distances (scaled by |n1|, |n2|) of S(x, y) from a ray's two planes, in powers of x and y.
+template <scalar T> struct projected_patch {
+  T f[16];
+  T g[16];
+};
+
+/// Projects `patch` on the planes through `origin` with normals n1 and n2: 96 fused operations a lane.
+template <scalar T, scalar P>
+PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<T> const& origin, vec3<T> const& n1,
+                                          vec3<T> const& n2) {
+  projected_patch<T> p;
+  for (int k = 0; k < 16; ++k) {
+    vec3<T> const a = convert_vec<T>(patch.coefficients[k]);
+    p.f[k] = dot(n1, a);
+    p.g[k] = dot(n2, a);
+  }
+  p.f[0] = p.f[0] - dot(n1, origin);
+  p.g[0] = p.g[0] - dot(n2, origin);
+  return p;
+}
+
+/// Both plane functions and their derivatives by x and y at (x, y), by Horner's rule: 56 fused operations.
+template <scalar T> PATCHRT_INLINE bivariate<T> evaluate(projected_patch<T> const& p, T x, T y) {
+  auto const surface = [x, y](T const* a, T& value, T& by_x, T& by_y) {
+    for (int k = 3; k >= 0; --k) {
+      T const* const row = a + 4 * k;
+      T r = fma(row[3], y, row[2]);
+      T d = fma(row[3], y, r);
+      r = fma(r, y, row[1]);
+      d = fma(d, y, r);
+      r = fma(r, y, row[0]);
+      by_x = k == 3 ? T(0) : k == 2 ? value : fma(by_x, x, value);
+      value = k == 3 ? r : fma(value, x, r);
+      by_y = k == 3 ? d : fma(by_y, x, d);
+    }
+  };
+  bivariate<T> b;
+  surface(p.f, b.f, b.fx, b.fy);
+  surface(p.g, b.g, b.gx, b.gy);
+  return b;
+}
+
+/// A rectangle of the parameter square and how far the patch leaves its tangent plane there.
+///
+/// The rectangle is |x - x0| <= half_x, |y - y0| <= half_y in centred parameters; `remainder` bounds each coordinate of
+/// S(x, y) - S(x0, y0) - (x - x0) S_x(x0, y0) - (y - y0) S_y(x0, y0) over it.
+template <scalar T> struct patch_cell {
+  T x, y;
+  T half_x, half_y;
+  vec3<T> remainder;
+};
+
+/// Where Newton's iteration begins, and whether there is any need to.
+template <scalar T> struct cell_start {
+  T x, y;
+  mask_t<T> possible;
+};
+
+/// The root of the cell's linear part, and the proof, where it holds, that the cell has no root.
+///
+/// A root in the cell satisfies F(c) + J (p - c) + R = 0 with |R| <= |n|.remainder, so that |J^-1 F(c)| exceeds the cell's
+/// half width by |J^-1| |R| at most; where it exceeds that, `possible` is false. `abs_n1`, `abs_n2` are the planes' normals'
+/// magnitudes by component. The start is limited to one and a half half-widths from the centre.
+/// \note The linear exclusion of Toth, "On ray tracing parametric surfaces", SIGGRAPH 1985, with a precomputed remainder in
+///       place of interval Jacobians.
+template <scalar T>
+PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T> const& p, vec3<T> const& abs_n1, vec3<T> const& abs_n2,
+                                          patch_cell<T> const& c) {
+  bivariate<T> const b = evaluate(p, c.x, c.y);
+  scaled_step<T> const s = newton_step(b);
+  T const rf = dot(abs_n1, c.remainder);
+  T const rg = dot(abs_n2, c.remainder);
+  T const det = abs(s.det);
+  T const reach_x = fma(det, c.half_x, fma(abs(b.gy), rf, abs(b.fy) * rg));
+  T const reach_y = fma(det, c.half_y, fma(abs(b.gx), rf, abs(b.fx) * rg));
+  T const limit_x = T(1.5) * c.half_x;
+  T const limit_y = T(1.5) * c.half_y;
+  T const inverse = T(1) / s.det;
+  T const dx = select(abs(s.dx) < det * limit_x, s.dx * inverse, copysign(limit_x, s.dx * s.det));
+  T const dy = select(abs(s.dy) < det * limit_y, s.dy * inverse, copysign(limit_y, s.dy * s.det));
+  return {c.x + dx, c.y + dy, abs(s.dx) <= reach_x && abs(s.dy) <= reach_y};
+}
+
+/// What is known of the roots in one cell.
+template <scalar T> struct cell_verdict {
+  T x, y;                ///< where Newton's iteration begins
+  mask_t<T> possible;    ///< the cell may have a root
+  mask_t<T> at_most_one; ///< it has no second one
+};
+
+/// Excludes a cell, or shows that it has one root at most, from the two plane functions' own expansion about its middle.
+///
+/// With F = sum b_kl p^k q^l, |p|, |q| <= 1 over the cell, what F leaves of its linear part is at most the sum of the other
+/// |b_kl|, and the Jacobian's change at most the sums of k |b_kl| and l |b_kl|. Multiplied by the Jacobian's adjoint in the middle,
+/// the first gives exclusion as in `linear_start`; the second gives a P-matrix, hence an injective map, where
+/// (|det| - e11) (|det| - e22) > e12 e21 with both factors positive. About 250 operations.
+/// \note Gale & Nikaido, "The Jacobian matrix and global univalence of mappings", Math. Ann. 159, 1965, theorem 4.
+template <scalar T>
+PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T y, T half_x, T half_y) {
+  struct expansion {
+    T value, by_x, by_y, remainder, x_change, y_change;
+  };
+  auto const shift = [](T const* c, int stride, T at, T h, T* out, int out_stride) {
+    T const c3 = c[3 * stride];
+    T t = fma(c3, at, c[2 * stride]);
+    T u = fma(t, at, c[stride]);
+    T const value = fma(u, at, c[0]);
+    t = fma(c3, at, t);
+    u = fma(t, at, u);
+    t = fma(c3, at, t);
+    T const h2 = h * h;
+    out[0] = value;
+    out[out_stride] = u * h;
+    out[2 * out_stride] = t * h2;
+    out[3 * out_stride] = c3 * (h2 * h);
+  };
+  auto const expand = [&](T const* a) {
+    T rows[16], b[16];
+    for (int k = 0; k < 4; ++k) shift(a + 4 * k, 1, y, half_y, rows + 4 * k, 1);
+    for (int l = 0; l < 4; ++l) shift(rows + l, 4, x, half_x, b + l, 4);
+    expansion e{b[0], b[4], b[1], T(0), T(0), T(0)};
+    for (int k = 0; k < 4; ++k)
+      for (int l = 0; l < 4; ++l) {
+        if (k + l < 2) continue;
+        T const m = abs(b[4 * k + l]);
+        e.remainder = e.remainder + m;
+        e.x_change = fma(T(lane_t<T>(k)), m, e.x_change);
+        e.y_change = fma(T(lane_t<T>(l)), m, e.y_change);
+      }
+    return e;
+  };
+  expansion const f = expand(p.f), g = expand(p.g);
+  scaled_step<T> const s = newton_step(bivariate<T>{f.value, f.by_x, f.by_y, g.value, g.by_x, g.by_y});
+  T const det = abs(s.det);
+  T const fx = abs(f.by_x), fy = abs(f.by_y), gx = abs(g.by_x), gy = abs(g.by_y);
+  auto const outside_x = abs(s.dx) > det + fma(gy, f.remainder, fy * g.remainder);
+  auto const outside_y = abs(s.dy) > det + fma(gx, f.remainder, fx * g.remainder);
+  T const a = det - fma(gy, f.x_change, fy * g.x_change);
+  T const b = fma(gy, f.y_change, fy * g.y_change);
+  T const c = fma(gx, f.x_change, fx * g.x_change);
+  T const d = det - fma(gx, f.y_change, fx * g.y_change);
+  cell_verdict<T> v;
+  v.possible = !(outside_x || outside_y);
+  v.at_most_one = T(0) < a && T(0) < d && b * c < a * d;
+  T const limit(lane_t<T>(1.5));
+  T const inverse = T(1) / s.det;
+  T const dx = select(abs(s.dx) < det * limit, s.dx * inverse, T(0));
+  T const dy = select(abs(s.dy) < det * limit, s.dy * inverse, T(0));
+  v.x = fma(dx, half_x, x);
+  v.y = fma(dy, half_y, y);
+  return v;
+}
+
+/// Newton's iterate, the lanes that converged, and the steps that were taken.
+template <scalar T> struct newton_result {
+  T x, y;
+  mask_t<T> converged;
+  int steps;
+};
+
+/// Newton's iteration on the two plane functions from (x, y), for the lanes in `active`.
+///
+/// A lane has converged after a step shorter than `tolerance` in both parameters, which leaves an error of the order of
+/// tolerance^2 and the rounding of T; it is given up when it has left |x|, |y| <= bound for the second time running or after
+/// `max_steps`. Steps are limited to `reach` a parameter.
+template <scalar T>
+PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, mask_t<T> active, lane_t<T> tolerance,
+                                       lane_t<T> reach, int max_steps) {
+  T const eps(tolerance);
+  T const limit(reach);
+  auto converged = active && !active;
+  int steps = 0;
+  while (steps < max_steps && any_of(active)) {
+    bivariate<T> const b = evaluate(p, x, y);
+    scaled_step<T> const s = newton_step(b);
+    T const det = abs(s.det);
+    T const inverse = T(1) / s.det;
+    T const dx = select(abs(s.dx) < det * limit, s.dx * inverse, copysign(limit, s.dx * s.det));
+    T const dy = select(abs(s.dy) < det * limit, s.dy * inverse, copysign(limit, s.dy * s.det));
+    x = select(active, x + dx, x);
+    y = select(active, y + dy, y);
+    auto const small = active && abs(dx) < eps && abs(dy) < eps;
+    converged = converged || small;
+    T const away(lane_t<T>(1.5));
+    active = active && !small && abs(x) < away && abs(y) < away;
+    ++steps;
+  }
+  return {x, y, converged, steps};
+}
+
+/// A point common to a ray and a patch: t in units of |direction|, (u, v) in [0, 1]^2, `residual` the last correction's length
+/// in units of the patch's space (an estimate of the error before it, hence a bound on the error after it). Unspecified where
+/// not `valid`.
+template <scalar T> struct patch_root {
+  T t, u, v;
+  T residual;
+  mask_t<T> valid;
+};
+
+/// Corrects (u, v) on the control points themselves, in S's precision: one Newton step in (u, v, t), then one with the same
+/// Jacobian.
+///
+/// Solves S(u, v) = origin + t direction by Cramer's rule; the second step's error is the first's times |J^-1 dJ|, so that a
+/// start within 2^-14 of a well-conditioned root ends at the rounding of S: about 4 ulp of (patch size + |origin|), divided by
+/// the cosine between ray and normal. The root counts where (u, v) is in [0,1]^2 up to what the residual's own rounding
+/// moves it by (`size` = the largest |coordinate| of the control points); then it is clamped.
+/// \pre `origin` is relative to the same point as the control points.
+template <scalar S, scalar P>
+PATCHRT_INLINE patch_root<S> correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
+                                     vec3<S> const& direction, S u, S v) {
+  using L = lane_t<S>;
+  surface_point<S> const p = evaluate(patch, u, v);
+  vec3<S> const across_v = cross(p.dv, direction);
+  vec3<S> const across_u = cross(direction, p.du);
+  S const inverse = S(1) / dot(p.du, across_v);
+  vec3<S> r = origin - p.position;
+  u = fma(dot(r, across_v), inverse, u);
+  v = fma(dot(r, across_u), inverse, v);
+  r = origin - evaluate(patch, u, v).position;
+  S const du = dot(r, across_v) * inverse;
+  S const dv = dot(r, across_u) * inverse;
+  u = u + du;
+  v = v + dv;
+  vec3<S> const step = fma(du, p.du, p.dv * dv);
+  vec3<S> const chord = step - r;  // from the origin to the corrected point
+  patch_root<S> root;
+  root.t = dot(chord, direction) / dot(direction, direction);
+  root.residual = abs(step.x) + abs(step.y) + abs(step.z);
+  S const rounding = S(L(16) * std::numeric_limits<L>::epsilon()) *
+                     (abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size));
+  S const most(L(1e-6));
+  S const slack_u = min(abs(inverse) * rounding * (abs(across_v.x) + abs(across_v.y) + abs(across_v.z)), most);
+  S const slack_v = min(abs(inverse) * rounding * (abs(across_u.x) + abs(across_u.y) + abs(across_u.z)), most);
+  root.valid = S(0) - slack_u <= u && u <= S(1) + slack_u && S(0) - slack_v <= v && v <= S(1) + slack_v;
+  root.u = min(max(u, S(0)), S(1));
+  root.v = min(max(v, S(0)), S(1));
+  return root;
+}
+
+}  // namespace patchrt

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <patchrt/core/scalar.hpp>
+
+namespace patchrt {
+
+/// Two functions of (x, y) and their Jacobian at one point.
+template <scalar T> struct bivariate {
+  T f, fx, fy;
+  T g, gx, gy;
+};
+
+/// Newton's correction scaled by the Jacobian's determinant: the step is (dx, dy) / det.
+///
+/// Undivided, because that is what tests of size need: |step| > h where |dx| > h |det|, without a division and without a
+/// case for det = 0.
+template <scalar T> struct scaled_step {
+  T dx, dy;
+  T det;
+};
+
+/// -adj(J) (f, g) and det J, each difference of products within 1.5 ulp.
+template <scalar T> PATCHRT_INLINE scaled_step<T> newton_step(bivariate<T> const& b) {
+  return {difference_of_products(b.g, b.fy, b.f, b.gy), difference_of_products(b.f, b.gx, b.g, b.fx),
+          difference_of_products(b.fx, b.gy, b.fy, b.gx)};
+}
+
+}  // namespace patchrt
