@@ -259,4 +259,9 @@ bvh<T> build_sah(std::span<box<T> const> boxes, sah_options const& options = {},
   return detail::sah_builder<T, E>(boxes, options.bins, exec).build();
 }
 
+/// The same with the default options.
+template <class T, executor E> bvh<T> build_sah(std::span<box<T> const> boxes, E const& exec) {
+  return build_sah(boxes, sah_options{}, exec);
+}
+
 }  // namespace patchrt

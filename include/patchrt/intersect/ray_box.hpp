@@ -53,7 +53,8 @@ template <scalar T, class B> PATCHRT_INLINE void clip(slab_span<T>& span, T orig
 /// outward by more than twice that, so that no ray which truly meets the box is missed and entry and exit are bounds.
 /// With either, a box inside another has no smaller entry and no greater exit, in computed arithmetic: every operation is
 /// monotone in the box's coordinates.
-/// \pre    Each component of the direction is zero, or normal and such that no t to a plane of b over- or underflows.
+/// \pre    The direction is not zero. Each component of it is zero, or normal and such that no t to a plane of b over- or
+///         underflows.
 /// \return entry <= exit for a hit; anything else, NaN included, for a miss. Empty boxes are missed.
 /// \note   Williams, Barrus, Morley & Shirley, "An efficient and robust ray-box intersection algorithm", JGT 10(1), 2005;
 ///         Ize, "Robust BVH ray traversal", JCGT 2(2), 2013.
