@@ -3,8 +3,6 @@
 
 #include "stopwatch.hpp"
 
-#include <patchrt/exec/serial.hpp>
-
 #include <stdexcept>
 #include <vector>
 
@@ -12,25 +10,23 @@ namespace patchrt::examples {
 
 namespace {
 
-template <bool Any, executor E>
-void trace_at(accuracy level, mixed_hierarchy const& hierarchy, std::span<ray<double> const> rays,
-              std::span<patch_hit> hits, E const& exec, hierarchy_counts* counts) {
-  auto const view = hierarchy.view();
-  switch (level) {
-    case accuracy::fast:
-      return trace::fused<accuracy::fast, Any>(view, rays, hits, exec, counts);
-    case accuracy::refined:
-      return trace::fused<accuracy::refined, Any>(view, rays, hits, exec, counts);
-    case accuracy::reference:
-      return trace::fused<accuracy::reference, Any>(view, rays, hits, exec, counts);
-  }
+template <accuracy A>
+void trace_at(mixed_hierarchy const& hierarchy, bool any, std::span<ray<double> const> rays, std::span<patch_hit> hits,
+              openmp const& exec, hierarchy_counts* counts) {
+  if (any) trace::any_hits<A>(hierarchy.view(), rays, hits, exec, counts);
+  else trace::closest_hits<A>(hierarchy.view(), rays, hits, exec, counts);
 }
 
-template <executor E>
-void trace_any_or_nearest(accuracy level, bool any, mixed_hierarchy const& hierarchy, std::span<ray<double> const> rays,
-                          std::span<patch_hit> hits, E const& exec, hierarchy_counts* counts) {
-  if (any) trace_at<true>(level, hierarchy, rays, hits, exec, counts);
-  else trace_at<false>(level, hierarchy, rays, hits, exec, counts);
+void trace_with(accuracy level, mixed_hierarchy const& hierarchy, bool any, std::span<ray<double> const> rays,
+                std::span<patch_hit> hits, openmp const& exec, hierarchy_counts* counts) {
+  switch (level) {
+    case accuracy::fast:
+      return trace_at<accuracy::fast>(hierarchy, any, rays, hits, exec, counts);
+    case accuracy::refined:
+      return trace_at<accuracy::refined>(hierarchy, any, rays, hits, exec, counts);
+    case accuracy::reference:
+      return trace_at<accuracy::reference>(hierarchy, any, rays, hits, exec, counts);
+  }
 }
 
 }  // namespace
@@ -60,13 +56,13 @@ tracer::tracer(std::span<bicubic_patch<double> const> patches, int threads) : ex
 }
 
 void tracer::trace(accuracy level, bool any, std::span<ray<double> const> rays, std::span<patch_hit> hits) const {
-  trace_any_or_nearest(level, any, hierarchy_, rays, hits, executor_, nullptr);
+  trace_with(level, hierarchy_, any, rays, hits, executor_, nullptr);
 }
 
 hierarchy_counts tracer::count_work(accuracy level, bool any, std::span<ray<double> const> rays) const {
   hierarchy_counts counts;
   std::vector<patch_hit> hits(rays.size());
-  trace_any_or_nearest(level, any, hierarchy_, rays, std::span(hits), serial{}, &counts);
+  trace_with(level, hierarchy_, any, rays, hits, executor_, &counts);
   return counts;
 }
 

@@ -29,7 +29,7 @@ class tracer {
 
   /// The nearest hit of each ray; some hit where `any`.
   void trace(accuracy level, bool any, std::span<ray<double> const> rays, std::span<patch_hit> hits) const;
-  /// The work that `trace` does for these rays, found by doing it again in one thread.
+  /// The work that `trace` does for these rays, found by doing it again: counting takes time of its own.
   hierarchy_counts count_work(accuracy level, bool any, std::span<ray<double> const> rays) const;
 
   openmp const& executor() const { return executor_; }

@@ -371,7 +371,7 @@ TEST_CASE("render writes a picture of the size that is asked for, of everything 
   CHECK(contents(folder / "shaded.png") != contents(folder / "depth.png"));
 }
 
-TEST_CASE("quiet rendering prints nothing; a picture does not depend on threads") {
+TEST_CASE("quiet rendering prints nothing and draws the same with one thread and two") {
   test::temporary_folder const folder;
   for (std::string const threads : {"1", "2"}) {
     auto const got =
@@ -383,7 +383,7 @@ TEST_CASE("quiet rendering prints nothing; a picture does not depend on threads"
   CHECK(contents(folder / "1.png") == contents(folder / "2.png"));
 }
 
-TEST_CASE("the framed teapot covers a good part of the picture; a camera that looks away sees none of it") {
+TEST_CASE("the framed teapot covers a good part of the picture, and none where the camera looks away") {
   test::temporary_folder const folder;
   auto const hits = [&](std::string const& camera) {
     REQUIRE(run(folder, render + "$teapot --size 100x100 -o t.png --stats t.json " + camera).status == 0);
