@@ -8,6 +8,7 @@
 
 #include <patchrt/shapes/bezier_patch.hpp>
 
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -16,6 +17,8 @@
 #include <vector>
 
 namespace patchrt::test {
+
+template <class T> T norm(vec3<T> const& a) { return std::sqrt(dot(a, a)); }
 
 /// Bicubic patches of a well-formed file.
 inline std::vector<oracle_patch> read_patches(std::filesystem::path const& path) {

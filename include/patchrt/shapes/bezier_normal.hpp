@@ -37,7 +37,9 @@ PATCHRT_INLINE tangents<T> tangents_by_differences(bezier_patch<P, M, N> const& 
   return s;
 }
 
-template <scalar T> PATCHRT_INLINE T largest_component(vec3<T> const& a) { return max(abs(a.x), max(abs(a.y), abs(a.z))); }
+template <scalar T> PATCHRT_INLINE T largest_component(vec3<T> const& a) {
+  return max(abs(a.x), max(abs(a.y), abs(a.z)));
+}
 
 /// Where a x b says something of the plane of a and b: its length stands out of its rounding errors.
 template <scalar T> PATCHRT_INLINE mask_t<T> is_cross_significant(vec3<T> const& a, vec3<T> const& b, T cross_squared) {
@@ -69,7 +71,8 @@ PATCHRT_HD corner_view<T, M, N> view_from(bezier_patch<P, M, N> const& patch, T 
   bezier_patch<T, M, N> net;
   T size = zero;
   for (int k = 0; k < count; ++k) {  // quarters, so that no difference overflows
-    net.control_points[k] = quarter * convert_vec<T>(patch.control_points[k]) - quarter * convert_vec<T>(patch.control_points[0]);
+    net.control_points[k] =
+        quarter * convert_vec<T>(patch.control_points[k]) - quarter * convert_vec<T>(patch.control_points[0]);
     size = max(largest_component(net.control_points[k]), size);
   }
   size = select(zero < size, size, T(L(1)));
@@ -91,7 +94,8 @@ PATCHRT_HD corner_view<T, M, N> view_from(bezier_patch<P, M, N> const& patch, T 
 
 /// The unit vector that Qu x Qv / |Qu x Qv| tends to on the way along x = y of `view_from`: the direction of the first
 /// coefficient of (Qu x Qv)(s, s) that stands out of its rounding errors; else a unit vector across the tangent; else z.
-template <scalar P, int M, int N, scalar T> PATCHRT_HD vec3<T> limit_normal(bezier_patch<P, M, N> const& patch, T u, T v) {
+template <scalar P, int M, int N, scalar T>
+PATCHRT_HD vec3<T> limit_normal(bezier_patch<P, M, N> const& patch, T u, T v) {
   using L = lane_t<T>;
   constexpr int orders = M + N;
   T const zero(L(0)), one(L(1));
@@ -170,7 +174,8 @@ template <scalar P, int M, int N, scalar T> PATCHRT_HD vec3<T> limit_normal(bezi
 ///         the same sums as Qu, Qv over the lengths of the differences of control points: a/|Qu| = b/|Qv| = 1 up to curvature.
 /// \note Farin, Curves and Surfaces for CAGD, 5th ed., section 16.3 "Degenerate patches" tells when the normal exists; the
 ///       coefficients of Qu x Qv along a line give it in every one of those cases, and a value where it does not exist.
-template <scalar P, int M, int N, scalar T> PATCHRT_INLINE vec3<T> normal(bezier_patch<P, M, N> const& patch, T u, T v) {
+template <scalar P, int M, int N, scalar T>
+PATCHRT_INLINE vec3<T> normal(bezier_patch<P, M, N> const& patch, T u, T v) {
   auto const [du, dv] = detail::tangents_by_differences(patch, u, v);
   vec3<T> const n = cross(du, dv);
   T const squared = dot(n, n);

@@ -93,12 +93,14 @@ template <scalar T, int M, int N> PATCHRT_INLINE patch_halves<T, M, N> split_v(b
 ///
 /// Each coordinate is off by at most M eps times the patch's largest |coordinate| for 0 <= u <= 1; at u = 0 and u = 1 one
 /// part is the patch itself, bit for bit. What `split_u` at 1/2 says of equal points, edges and bounds holds.
-template <scalar T, int M, int N> PATCHRT_INLINE patch_halves<T, M, N> split_u(bezier_patch<T, M, N> const& patch, T u) {
+template <scalar T, int M, int N>
+PATCHRT_INLINE patch_halves<T, M, N> split_u(bezier_patch<T, M, N> const& patch, T u) {
   return detail::cut_u(patch, detail::segment_point<T>(u));
 }
 
 /// The parts of a patch below and above the parameter v, as `split_u`.
-template <scalar T, int M, int N> PATCHRT_INLINE patch_halves<T, M, N> split_v(bezier_patch<T, M, N> const& patch, T v) {
+template <scalar T, int M, int N>
+PATCHRT_INLINE patch_halves<T, M, N> split_v(bezier_patch<T, M, N> const& patch, T v) {
   return detail::cut_v(patch, detail::segment_point<T>(v));
 }
 
