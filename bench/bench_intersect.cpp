@@ -226,12 +226,13 @@ template <accuracy A, int N> void trace_bundle(benchmark::State& state) {
   std::vector<patch_hit> hits(16);
   hierarchy_counts counts;
   std::vector<patch_hit> all(rays.size());
-  trace::fused<A>(view, rays, all, serial{}, &counts);
+  trace::closest_hits<A>(view, rays, all, serial{}, &counts);
   std::size_t k = 0;
   double const seconds = thread_seconds([&] {
     for (auto _ : state) {
       for (int i = 0; i < 16; i += N)
-        trace::fused<A>(view, std::span(rays).subspan(k * 16 + std::size_t(i), N), std::span(hits).first(N), serial{});
+        trace::closest_hits<A>(view, std::span(rays).subspan(k * 16 + std::size_t(i), N), std::span(hits).first(N),
+                               serial{});
       benchmark::DoNotOptimize(hits.data());
       k = k + 1 == inputs ? 0 : k + 1;
     }

@@ -6,7 +6,7 @@
 #include "support/front_report.hpp"
 #include "support/workload.hpp"
 #if PATCHRT_HAVE_EMBREE
-#  include "support/embree_tracer.hpp"
+#  include "support/embree_rays.hpp"
 #endif
 
 #include <patchrt/accel/build_mixed_hierarchy.hpp>
@@ -90,6 +90,7 @@ vec3<double> to_vec3(std::vector<double> const& v) { return {v[0], v[1], v[2]}; 
 
 struct workload {
   std::string name;
+  query what = query::nearest;
   std::vector<ray<double>> rays;
   std::vector<answer> reference;
 };
@@ -98,7 +99,7 @@ std::vector<workload> make_workloads(settings const& s, std::span<bicubic_patch<
                                      double diagonal) {
   camera const c = s.eye.empty() ? frame(patches, to_vec3(s.direction), to_vec3(s.up), s.vfov, s.coverage)
                                  : camera{to_vec3(s.eye), to_vec3(s.look_at), to_vec3(s.up), s.vfov};
-  std::vector<workload> all(2);
+  std::vector<workload> all(3);
   all[0].name = "coherent";
   all[0].rays = primary_rays(c, s.size, s.size);
   all[0].reference = reference_answers(patches, all[0].rays);
@@ -106,6 +107,9 @@ std::vector<workload> make_workloads(settings const& s, std::span<bicubic_patch<
   all[1].rays = bounce_rays(patches, all[0].rays, all[0].reference, 1e-4 * diagonal, s.seed);
   if (all[1].rays.empty()) throw std::runtime_error("the camera sees nothing of the model");
   all[1].reference = reference_answers(patches, all[1].rays);
+  all[2] = all[1];
+  all[2].name = "any hit";
+  all[2].what = query::any;
   std::printf("camera: --eye %.17g,%.17g,%.17g --look-at %.17g,%.17g,%.17g --up %g,%g,%g --vfov %g\n", c.eye.x, c.eye.y,
               c.eye.z, c.look_at.x, c.look_at.y, c.look_at.z, c.up.x, c.up.y, c.up.z, c.vfov_degrees);
   for (auto const& w : all)
@@ -147,7 +151,7 @@ class front {
 
 #if PATCHRT_HAVE_EMBREE
   void add_tessellations() {
-    for (auto const& w : workloads_) packets_.push_back(std::make_unique<packets>(w.rays));
+    for (auto const& w : workloads_) packets_.push_back(std::make_unique<packets>(w));
     for (auto const kind : {mesh_kind::triangles, mesh_kind::grids})
       for (int const n : kind == mesh_kind::triangles ? settings_.triangles : settings_.grids)
         add_tessellation(kind, n);
@@ -172,7 +176,8 @@ class front {
     return report_.methods.size() - 1;
   }
   void add_verdict(std::size_t w, std::span<answer const> answers) {
-    report_.verdicts[w].push_back(judge(surface_, diagonal_, workloads_[w].rays, workloads_[w].reference, answers));
+    report_.verdicts[w].push_back(
+        judge(surface_, diagonal_, workloads_[w].what, workloads_[w].rays, workloads_[w].reference, answers));
   }
   void add_contender(std::size_t m, std::size_t w, std::string variant, std::function<void()> run) {
     report_.measurements.push_back({m, w, variant, report_.contenders.size()});
@@ -186,7 +191,9 @@ class front {
       hits_.resize(std::max(hits_.size(), workloads_[w].rays.size()));
       auto const trace = [this, w] {
         auto const& rays = workloads_[w].rays;
-        trace::fused<A>(hierarchy_.view(), rays, std::span(hits_).first(rays.size()), serial{});
+        auto const hits = std::span(hits_).first(rays.size());
+        if (workloads_[w].what == query::nearest) trace::closest_hits<A>(hierarchy_.view(), rays, hits, serial{});
+        else trace::any_hits<A>(hierarchy_.view(), rays, hits, serial{});
       };
       trace();
       std::vector<answer> answers;
@@ -203,7 +210,8 @@ class front {
     embree_rays<8> eight;
     embree_rays<16> sixteen;
     std::vector<answer> answers;
-    explicit packets(std::span<ray<double> const> rays) : one(rays), eight(rays), sixteen(rays), answers(rays.size()) {}
+    explicit packets(workload const& w)
+        : one(w.rays, w.what), eight(w.rays, w.what), sixteen(w.rays, w.what), answers(w.rays.size()) {}
   };
 
   void add_tessellation(mesh_kind kind, int n) {
@@ -220,13 +228,13 @@ class front {
     for (std::size_t w = 0; w < workloads_.size(); ++w) {
       auto const flags = w == 0 ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
       packets& p = *packets_[w];
-      p.one.intersect_prepared(scene, flags);
+      p.one.trace_prepared(scene, flags);
       add_verdict(w, p.one.answers(scene));
-      add_contender(m, w, "1", [&, flags] { p.one.intersect_prepared(scene, flags); });
-      add_contender(m, w, "8", [&, flags] { p.eight.intersect_prepared(scene, flags); });
-      add_contender(m, w, "16", [&, flags] { p.sixteen.intersect_prepared(scene, flags); });
-      add_contender(m, w, "1 filled", [&, flags] { p.one.intersect_filled(scene, flags, p.answers); });
-      add_contender(m, w, "16 filled", [&, flags] { p.sixteen.intersect_filled(scene, flags, p.answers); });
+      add_contender(m, w, "1", [&, flags] { p.one.trace_prepared(scene, flags); });
+      add_contender(m, w, "8", [&, flags] { p.eight.trace_prepared(scene, flags); });
+      add_contender(m, w, "16", [&, flags] { p.sixteen.trace_prepared(scene, flags); });
+      add_contender(m, w, "1 filled", [&, flags] { p.one.trace_filled(scene, flags, p.answers); });
+      add_contender(m, w, "16 filled", [&, flags] { p.sixteen.trace_filled(scene, flags, p.answers); });
     }
   }
 

@@ -7,6 +7,9 @@
 
 namespace patchrt::bench {
 
+/// What is asked of a ray: its nearest hit, or only whether it has one.
+enum class query { nearest, any };
+
 /// What any of the compared methods says of one ray: the point origin + t direction, on `patch` at (u, v); patch -1:
 /// a miss.
 struct answer {

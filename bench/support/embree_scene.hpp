@@ -2,8 +2,7 @@
 #pragma once
 
 /// \file
-/// Embree over a tessellated model: scenes of triangles or grids with their build time and memory, rays in Embree's
-/// own layouts.
+/// Embree's scenes of a tessellated model, triangles or grids, with their build time and memory.
 
 #include "answer.hpp"
 #include "cpu_clock.hpp"
@@ -13,7 +12,6 @@
 #include <pmmintrin.h>
 #include <xmmintrin.h>
 
-#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -134,128 +132,6 @@ class embree_scene {
   double build_seconds_ = 0;
   std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device_;
   std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)> scene_{nullptr, rtcReleaseScene};
-};
-
-/// Embree's structure for N rays, and its call.
-template <int N> struct embree_packet;
-template <> struct embree_packet<1> {
-  using type = RTCRayHit;
-  static void intersect(RTCScene scene, RTCIntersectContext* context, type& p, int const*) {
-    rtcIntersect1(scene, context, &p);
-  }
-};
-template <> struct embree_packet<8> {
-  using type = RTCRayHit8;
-  static void intersect(RTCScene scene, RTCIntersectContext* context, type& p, int const* valid) {
-    rtcIntersect8(valid, scene, context, &p);
-  }
-};
-template <> struct embree_packet<16> {
-  using type = RTCRayHit16;
-  static void intersect(RTCScene scene, RTCIntersectContext* context, type& p, int const* valid) {
-    rtcIntersect16(valid, scene, context, &p);
-  }
-};
-
-namespace detail {
-template <class F> F& lane(F& field, int) { return field; }
-template <class F, std::size_t K> F& lane(F (&field)[K], int i) { return field[i]; }
-template <class F> F const& lane(F const& field, int) { return field; }
-template <class F, std::size_t K> F const& lane(F const (&field)[K], int i) { return field[i]; }
-}  // namespace detail
-
-/// A list of rays in packets of N, as Embree reads them.
-template <int N> class embree_rays {
- public:
-  using packet = typename embree_packet<N>::type;
-
-  explicit embree_rays(std::span<ray<double> const> rays) : rays_(rays), packets_((rays.size() + N - 1) / N) {
-    for (std::size_t k = 0; k < packets_.size(); ++k) fill(packets_[k], k);
-  }
-
-  /// Nearest hits into the packets, which are as they were built but for t_max and the hits of the last call, set
-  /// here anew.
-  void intersect_prepared(embree_scene const& scene, RTCIntersectContextFlags flags) {
-    flushed_denormals const flushed;
-    RTCIntersectContext context = make_context(flags);
-    alignas(64) int valid[16];
-    for (std::size_t k = 0; k < packets_.size(); ++k) {
-      packet& p = packets_[k];
-      int const count = lanes_of(k);
-      for (int i = 0; i < N; ++i) {
-        detail::lane(p.ray.tfar, i) = std::numeric_limits<float>::infinity();
-        detail::lane(p.hit.geomID, i) = RTC_INVALID_GEOMETRY_ID;
-        valid[i] = i < count ? -1 : 0;
-      }
-      embree_packet<N>::intersect(scene.handle(), &context, p, valid);
-    }
-  }
-
-  /// The same from the list of double rays and to a list of answers: packets are filled and read out as they are
-  /// traced.
-  void intersect_filled(embree_scene const& scene, RTCIntersectContextFlags flags, std::span<answer> answers) const {
-    flushed_denormals const flushed;
-    RTCIntersectContext context = make_context(flags);
-    alignas(64) int valid[16];
-    packet p;
-    for (std::size_t k = 0; k < packets_.size(); ++k) {
-      int const count = lanes_of(k);
-      for (int i = 0; i < N; ++i) valid[i] = i < count ? -1 : 0;
-      fill(p, k);
-      embree_packet<N>::intersect(scene.handle(), &context, p, valid);
-      for (int i = 0; i < count; ++i) answers[k * N + std::size_t(i)] = read(scene, p, i);
-    }
-  }
-
-  /// The hits that the last `intersect_prepared` left.
-  std::vector<answer> answers(embree_scene const& scene) const {
-    std::vector<answer> all;
-    all.reserve(rays_.size());
-    for (std::size_t k = 0; k < packets_.size(); ++k)
-      for (int i = 0; i < lanes_of(k); ++i) all.push_back(read(scene, packets_[k], i));
-    return all;
-  }
-
- private:
-  static RTCIntersectContext make_context(RTCIntersectContextFlags flags) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = flags;
-    return context;
-  }
-
-  int lanes_of(std::size_t k) const { return int(std::min(std::size_t(N), rays_.size() - k * N)); }
-
-  /// Lanes past the end of the list repeat its last ray.
-  void fill(packet& p, std::size_t k) const {
-    using detail::lane;
-    for (int i = 0; i < N; ++i) {
-      ray<double> const& r = rays_[std::min(k * N + std::size_t(i), rays_.size() - 1)];
-      lane(p.ray.org_x, i) = float(r.origin.x);
-      lane(p.ray.org_y, i) = float(r.origin.y);
-      lane(p.ray.org_z, i) = float(r.origin.z);
-      lane(p.ray.dir_x, i) = float(r.direction.x);
-      lane(p.ray.dir_y, i) = float(r.direction.y);
-      lane(p.ray.dir_z, i) = float(r.direction.z);
-      lane(p.ray.tnear, i) = float(r.t_min);
-      lane(p.ray.tfar, i) = float(r.t_max);
-      lane(p.ray.time, i) = 0;
-      lane(p.ray.mask, i) = ~0u;
-      lane(p.ray.id, i) = 0;
-      lane(p.ray.flags, i) = 0;
-      lane(p.hit.geomID, i) = RTC_INVALID_GEOMETRY_ID;
-      lane(p.hit.instID[0], i) = RTC_INVALID_GEOMETRY_ID;
-    }
-  }
-
-  static answer read(embree_scene const& scene, packet const& p, int i) {
-    using detail::lane;
-    if (lane(p.hit.geomID, i) == RTC_INVALID_GEOMETRY_ID) return miss();
-    return scene.interpret(double(lane(p.ray.tfar, i)), lane(p.hit.primID, i), lane(p.hit.u, i), lane(p.hit.v, i));
-  }
-
-  std::span<ray<double> const> rays_;
-  std::vector<packet> packets_;
 };
 
 }  // namespace patchrt::bench
