@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// \file
+/// All of patchrt that needs no optional package.
+
+#include <patchrt/accel/bvh.hpp>
+#include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/accel/refit.hpp>
+#include <patchrt/accel/sah_split.hpp>
+#include <patchrt/accel/subpatch_tree.hpp>
+#include <patchrt/accel/traverse.hpp>
+#include <patchrt/core/box.hpp>
+#include <patchrt/core/config.hpp>
+#include <patchrt/core/ray.hpp>
+#include <patchrt/core/scalar.hpp>
+#include <patchrt/core/twin_planes.hpp>
+#include <patchrt/core/vec.hpp>
+#include <patchrt/exec/executor.hpp>
+#include <patchrt/exec/serial.hpp>
+#include <patchrt/intersect/ray_box.hpp>
+#include <patchrt/intersect/ray_patch.hpp>
+#include <patchrt/roots/newton.hpp>
+#include <patchrt/shapes/bezier_normal.hpp>
+#include <patchrt/shapes/bezier_patch.hpp>
+#include <patchrt/shapes/bezier_split.hpp>
+#include <patchrt/shapes/power_patch.hpp>
+
+#if !defined(__CUDACC__)
+#  include <patchrt/accel/build_mixed_hierarchy.hpp>
+#  include <patchrt/accel/build_sah.hpp>
+#  include <patchrt/accel/build_subpatch_tree.hpp>
+#endif
