@@ -36,9 +36,10 @@ struct mixed_hierarchy {
   std::vector<subpatch_leaf> leaves;
   vec3<double> centre{0.0, 0.0, 0.0};
   double inverse_scale = 1;
+  vec3<float> half_extent{0.0f, 0.0f, 0.0f};
 
   mixed_hierarchy_view view() const {
-    return {top.view(), search.data(), exact.data(), nodes.data(), leaves.data(), centre, inverse_scale};
+    return {top.view(), search.data(), exact.data(), nodes.data(), leaves.data(), centre, inverse_scale, half_extent};
   }
   std::size_t patch_count() const { return search.size(); }
   /// Bytes of the boxes over and in the patches.
@@ -130,6 +131,7 @@ mixed_hierarchy build_mixed_hierarchy(std::span<bicubic_patch<double> const> pat
   int exponent = 0;
   std::frexp(std::max(widest, 1e-150), &exponent);
   h.inverse_scale = std::ldexp(1.0, -exponent);
+  h.half_extent = vec3<float>(half * h.inverse_scale) + vec3<float>(0x1p-19f);
 
   h.search.resize(n);
   h.exact.resize(n);
@@ -170,10 +172,13 @@ mixed_hierarchy build_mixed_hierarchy(std::span<bicubic_patch<double> const> pat
                                std::span(h.leaves).subspan(first_leaf[i], first_leaf[i + 1] - first_leaf[i]));
     tree.first_node = static_cast<std::uint32_t>(first_node[i]);
     tree.first_leaf = static_cast<std::uint32_t>(first_leaf[i]);
-    constexpr float pad = 0x1p-19f;
+    // What the leaves' boxes leave of the control points' hull, and room for the rounding of nets and rays to float.
+    constexpr double pad = 0x1p-19;
+    subpatch_node const& whole = h.nodes[first_node[i]];
     for (int c = 0; c < 3; ++c) {
-      boxes[i].lo[c] = static_cast<float>((hulls[i].lo[c] - h.centre[c]) * h.inverse_scale) - pad;
-      boxes[i].hi[c] = static_cast<float>((hulls[i].hi[c] - h.centre[c]) * h.inverse_scale) + pad;
+      double const origin = h.exact[i].search_base[c] + tree.grid_origin[c], step = tree.grid_step[c];
+      boxes[i].lo[c] = static_cast<float>(origin + step * whole.lo[c] - pad);
+      boxes[i].hi[c] = static_cast<float>(origin + step * whole.hi[c] + pad);
     }
   });
   h.top = build_sah(std::span<box<float> const>(boxes), exec);

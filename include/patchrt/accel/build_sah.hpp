@@ -58,7 +58,7 @@ template <class T, executor E> class sah_builder {
   };
   struct piece {
     std::size_t list, begin, end;
-    std::size_t left_to, right_to;  // where its primitives go
+    std::size_t left_to, right_to;  // where its primitives go, if the split has an axis
     sah_bounds<T> centres;
     sah_bins<T> bins;
   };
@@ -208,8 +208,7 @@ template <class T, executor E> class sah_builder {
       if (split.left == 0) split = halve(grids[first->list], l.begin, l.size);
       std::size_t left_to = 0, right_to = split.left;
       for (; first != last; ++first) {
-        std::size_t const left =
-            split.axis < 0 ? std::clamp(split.left, first->begin, first->end) - first->begin : first->bins.left(split);
+        std::size_t const left = first->bins.left(split);
         first->left_to = left_to;
         first->right_to = right_to;
         left_to += left;

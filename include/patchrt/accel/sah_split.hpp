@@ -15,7 +15,7 @@
 namespace patchrt::detail {
 
 /// A box as -lo and hi, so that a union is one maximum of eight lanes; lanes 3 and 7 are free.
-template <class T> struct alignas(8 * sizeof(T)) sah_bounds {
+template <class T> struct alignas(16) sah_bounds {
   T lane[8];
 
   static sah_bounds empty() {
@@ -23,7 +23,7 @@ template <class T> struct alignas(8 * sizeof(T)) sah_bounds {
     for (T& x : b.lane) x = -std::numeric_limits<T>::infinity();
     return b;
   }
-  /// Makes this hold b too; NaN in b counts for nothing.
+  /// Makes this hold b too.
   void add(sah_bounds const& b) {
     for (int k = 0; k < 8; ++k) lane[k] = lane[k] < b.lane[k] ? b.lane[k] : lane[k];
   }
@@ -170,7 +170,7 @@ template <class T> struct sah_bins {
     }
     return split;
   }
-  /// How many of these go left.
+  /// How many of these go left; 0 where the axis is -1.
   std::size_t left(sah_split const& s) const {
     std::size_t n = 0;
     for (int i = 0; i < s.cell; ++i) n += count[s.axis][i];

@@ -22,5 +22,15 @@
 #  define PATCHRT_INLINE inline
 #endif
 
+/// Kept out of line on the host: a large step whose lanes would fill the registers of whatever it is inlined into. A device
+/// has no calls worth making, and inlines it.
+#if defined(__CUDACC__)
+#  define PATCHRT_OUTLINE __host__ __device__ __forceinline__
+#elif defined(__GNUC__)
+#  define PATCHRT_OUTLINE __attribute__((noinline))
+#else
+#  define PATCHRT_OUTLINE
+#endif
+
 /// States a precondition. Checked where NDEBUG is absent, on host and device alike; never evaluated otherwise.
 #define PATCHRT_EXPECTS(...) assert((__VA_ARGS__))

@@ -41,6 +41,11 @@ template <std::floating_point T> PATCHRT_INLINE T select(bool m, T a, T b) { ret
 PATCHRT_INLINE constexpr bool all_of(bool m) { return m; }
 PATCHRT_INLINE constexpr bool any_of(bool m) { return m; }
 
+/// One bit a lane, lane 0 lowest; `convert` makes a mask of such bits again.
+PATCHRT_INLINE constexpr unsigned mask_bits(bool m) { return m ? 1u : 0u; }
+/// The lanes of x to an array.
+template <std::floating_point T> PATCHRT_INLINE void store_lanes(T x, T* lanes) { *lanes = x; }
+
 /// The conversion behind `convert`; specialised by number types with lanes.
 template <class To, class From> struct scalar_convert {
   PATCHRT_INLINE static To apply(From a) { return static_cast<To>(a); }

@@ -100,17 +100,19 @@ PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T> const& p, vec3<T> c
 
 /// What is known of the roots in one cell.
 template <scalar T> struct cell_verdict {
-  T x, y;                ///< where Newton's iteration begins
-  mask_t<T> possible;    ///< the cell may have a root
-  mask_t<T> at_most_one; ///< it has no second one
+  T x, y;                 ///< where Newton's iteration begins
+  mask_t<T> possible;     ///< the cell may have a root
+  mask_t<T> at_most_one;  ///< it has no second one
+  mask_t<T> bends_in_x;   ///< the Jacobian changes more along x than along y
 };
 
 /// Excludes a cell, or shows that it has one root at most, from the two plane functions' own expansion about its middle.
 ///
 /// With F = sum b_kl p^k q^l, |p|, |q| <= 1 over the cell, what F leaves of its linear part is at most the sum of the other
 /// |b_kl|, and the Jacobian's change at most the sums of k |b_kl| and l |b_kl|. Multiplied by the Jacobian's adjoint in the middle,
-/// the first gives exclusion as in `linear_start`; the second gives a P-matrix, hence an injective map, where
-/// (|det| - e11) (|det| - e22) > e12 e21 with both factors positive. About 250 operations.
+/// the first gives exclusion as in `linear_start`, multiplied by its transpose one that works where it is singular; the second
+/// gives a P-matrix, hence an injective map, where (|det| - e11) (|det| - e22) > e12 e21 with both factors positive. About 280
+/// operations.
 /// \note Gale & Nikaido, "The Jacobian matrix and global univalence of mappings", Math. Ann. 159, 1965, theorem 4.
 template <scalar T>
 PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T y, T half_x, T half_y) {
@@ -152,12 +154,19 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T 
   T const fx = abs(f.by_x), fy = abs(f.by_y), gx = abs(g.by_x), gy = abs(g.by_y);
   auto const outside_x = abs(s.dx) > det + fma(gy, f.remainder, fy * g.remainder);
   auto const outside_y = abs(s.dy) > det + fma(gx, f.remainder, fx * g.remainder);
+  // J^T F: what is left to be said where both rows of the adjoint point the same way.
+  T const mixed = abs(fma(f.by_x, f.by_y, g.by_x * g.by_y));
+  auto const beyond_x = abs(fma(f.by_x, f.value, g.by_x * g.value)) >
+                        mixed + fma(fx, fx + f.remainder, gx * (gx + g.remainder));
+  auto const beyond_y = abs(fma(f.by_y, f.value, g.by_y * g.value)) >
+                        mixed + fma(fy, fy + f.remainder, gy * (gy + g.remainder));
   T const a = det - fma(gy, f.x_change, fy * g.x_change);
   T const b = fma(gy, f.y_change, fy * g.y_change);
   T const c = fma(gx, f.x_change, fx * g.x_change);
   T const d = det - fma(gx, f.y_change, fx * g.y_change);
   cell_verdict<T> v;
-  v.possible = !(outside_x || outside_y);
+  v.possible = !(outside_x || outside_y || beyond_x || beyond_y);
+  v.bends_in_x = f.y_change + g.y_change <= f.x_change + g.x_change;
   v.at_most_one = T(0) < a && T(0) < d && b * c < a * d;
   T const limit(lane_t<T>(1.5));
   T const inverse = T(1) / s.det;
@@ -214,31 +223,43 @@ template <scalar T> struct patch_root {
   mask_t<T> valid;
 };
 
-/// Corrects (u, v) on the control points themselves, in S's precision: one Newton step in (u, v, t), then one with the same
-/// Jacobian.
+/// Corrects (u, v) on the control points themselves, in S's precision: Newton steps in (u, v, t) until one is short, then one
+/// more with the last Jacobian.
 ///
-/// Solves S(u, v) = origin + t direction by Cramer's rule; the second step's error is the first's times |J^-1 dJ|, so that a
-/// start within 2^-14 of a well-conditioned root ends at the rounding of S: about 4 ulp of (patch size + |origin|), divided by
-/// the cosine between ray and normal. The root counts where (u, v) is in [0,1]^2 up to what the residual's own rounding
-/// moves it by (`size` = the largest |coordinate| of the control points); then it is clamped.
+/// Solves S(u, v) = origin + t direction by Cramer's rule. A step s leaves an error of K s^2 and the last one K^2 s^3, with K the
+/// surface's second derivatives over its first and over the cosine between ray and normal; steps below 2^-20 are short, so
+/// that roots away from grazing end at the rounding of S: about 4 ulp of (patch size + |origin|) over that cosine. The root
+/// counts where (u, v) is in [0,1]^2 up to what the residual's own rounding moves it by (`size` = the largest |coordinate| of the
+/// control points); then it is clamped. Lanes outside `active` are not valid.
 /// \pre `origin` is relative to the same point as the control points.
 template <scalar S, scalar P>
 PATCHRT_INLINE patch_root<S> correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
-                                     vec3<S> const& direction, S u, S v) {
+                                     vec3<S> const& direction, S u, S v, mask_t<S> active) {
   using L = lane_t<S>;
-  surface_point<S> const p = evaluate(patch, u, v);
-  vec3<S> const across_v = cross(p.dv, direction);
-  vec3<S> const across_u = cross(direction, p.du);
-  S const inverse = S(1) / dot(p.du, across_v);
-  vec3<S> r = origin - p.position;
-  u = fma(dot(r, across_v), inverse, u);
-  v = fma(dot(r, across_u), inverse, v);
-  r = origin - evaluate(patch, u, v).position;
+  vec3<S> pu, pv, across_u, across_v;
+  S inverse;
+  auto moving = active;
+  constexpr int most_steps = 6;
+  for (int step = 0; step < most_steps && any_of(moving); ++step) {
+    surface_point<S> const p = evaluate(patch, u, v);
+    pu = select(moving, p.du, pu);
+    pv = select(moving, p.dv, pv);
+    across_v = cross(pv, direction);
+    across_u = cross(direction, pu);
+    inverse = S(1) / dot(pu, across_v);
+    vec3<S> const r = origin - p.position;
+    S const du = dot(r, across_v) * inverse;
+    S const dv = dot(r, across_u) * inverse;
+    u = select(moving, u + du, u);
+    v = select(moving, v + dv, v);
+    moving = moving && S(L(0x1p-20)) < max(abs(du), abs(dv));
+  }
+  vec3<S> const r = origin - evaluate(patch, u, v).position;
   S const du = dot(r, across_v) * inverse;
   S const dv = dot(r, across_u) * inverse;
   u = u + du;
   v = v + dv;
-  vec3<S> const step = fma(du, p.du, p.dv * dv);
+  vec3<S> const step = fma(du, pu, pv * dv);
   vec3<S> const chord = step - r;  // from the origin to the corrected point
   patch_root<S> root;
   root.t = dot(chord, direction) / dot(direction, direction);
@@ -248,9 +269,52 @@ PATCHRT_INLINE patch_root<S> correct(bicubic_patch<P> const& patch, lane_t<S> si
   S const most(L(1e-6));
   S const slack_u = min(abs(inverse) * rounding * (abs(across_v.x) + abs(across_v.y) + abs(across_v.z)), most);
   S const slack_v = min(abs(inverse) * rounding * (abs(across_u.x) + abs(across_u.y) + abs(across_u.z)), most);
-  root.valid = S(0) - slack_u <= u && u <= S(1) + slack_u && S(0) - slack_v <= v && v <= S(1) + slack_v;
+  root.valid = active && -slack_u <= u && u <= S(1) + slack_u && -slack_v <= v && v <= S(1) + slack_v;
   root.u = min(max(u, S(0)), S(1));
   root.v = min(max(v, S(0)), S(1));
+  return root;
+}
+
+/// The paper's solver: Newton's iteration in (u, v) on the ray's two planes, from (u, v), on the control points.
+///
+/// Stops where |R| < eps, on divergence, and after 16 steps; a lane that was stopped by divergence counts where its residual is
+/// at the rounding floor all the same. eps is 1e-15 of (patch size + |origin|), and |R| is measured in units of length.
+/// \note Nigam & Narayanan 2012, section 3.1, eqs. 2-4. Their eps is an absolute 1e-15, less than an ulp of coordinates above 4.
+template <scalar S, scalar P>
+PATCHRT_INLINE patch_root<S> solve_on_planes(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
+                                             vec3<S> const& direction, S u, S v, mask_t<S> active, int& steps) {
+  using L = lane_t<S>;
+  vec3<S> n1, n2;
+  S const length = sqrt(dot(direction, direction));
+  vec3<S> const unit = direction * (S(1) / length);
+  plane_normals(unit, n1, n2);
+  S const scale = abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size);
+  S const eps = S(L(1e-15)) * scale;
+  S before(std::numeric_limits<L>::infinity());
+  auto moving = active;
+  auto converged = active && !active;
+  vec3<S> chord(S(0), S(0), S(0));
+  steps = 0;
+  for (; steps < 16 && any_of(moving); ++steps) {
+    surface_point<S> const p = evaluate(patch, u, v);
+    vec3<S> const r = p.position - origin;
+    bivariate<S> const b{dot(n1, r), dot(n1, p.du), dot(n1, p.dv), dot(n2, r), dot(n2, p.du), dot(n2, p.dv)};
+    S const residual = abs(b.f) + abs(b.g);
+    chord = select(moving, r, chord);
+    auto const small = residual < eps;
+    converged = converged || (moving && (small || (residual < S(L(64)) * eps && !(residual < before))));
+    moving = moving && !small && residual < before;
+    scaled_step<S> const s = newton_step(b);
+    u = select(moving, u + s.dx / s.det, u);
+    v = select(moving, v + s.dy / s.det, v);
+    before = residual;
+  }
+  patch_root<S> root;
+  root.t = dot(chord, direction) / dot(direction, direction);
+  root.u = u;
+  root.v = v;
+  root.residual = before;
+  root.valid = converged && S(0) <= u && u <= S(1) && S(0) <= v && v <= S(1);
   return root;
 }
 

@@ -51,7 +51,7 @@ PATCHRT_INLINE xsimd::batch<T, A> fused(xsimd::batch<T, A> a, xsimd::batch<T, A>
 }
 
 /// One bit a lane, lane 0 lowest.
-template <class T, class A> PATCHRT_INLINE std::uint32_t mask_bits(xsimd::batch_bool<T, A> m) {
+template <class T, class A> PATCHRT_INLINE std::uint32_t batch_bits(xsimd::batch_bool<T, A> m) {
 #if defined(__AVX512F__)
   if constexpr (sizeof(xsimd::batch<T, A>) == 64) return static_cast<std::uint32_t>(m.data);
 #endif
@@ -72,8 +72,8 @@ template <class T, class A> PATCHRT_INLINE std::uint32_t mask_bits(xsimd::batch_
   return bits;
 }
 
-/// The inverse of `mask_bits`.
-template <class B> PATCHRT_INLINE typename B::batch_bool_type mask_from_bits(std::uint32_t bits) {
+/// The inverse of `batch_bits`.
+template <class B> PATCHRT_INLINE typename B::batch_bool_type batch_mask(std::uint32_t bits) {
 #if defined(__AVX512F__)
   if constexpr (sizeof(B) == 64)
     return typename B::batch_bool_type(static_cast<typename B::batch_bool_type::register_type>(bits));
@@ -101,13 +101,13 @@ template <class T, int N> struct pack_mask {
   /// Lane i is bit i of `bits`.
   PATCHRT_INLINE static pack_mask from_bits(std::uint32_t bits) {
     pack_mask m;
-    for (int i = 0; i < parts; ++i) m.part[i] = detail::mask_from_bits<batch>((bits >> (i * width)) & lane_bits());
+    for (int i = 0; i < parts; ++i) m.part[i] = detail::batch_mask<batch>((bits >> (i * width)) & lane_bits());
     return m;
   }
   /// Lane i in bit i.
   PATCHRT_INLINE std::uint32_t bits() const {
     std::uint32_t b = 0;
-    for (int i = 0; i < parts; ++i) b |= (detail::mask_bits(part[i]) & lane_bits()) << (i * width);
+    for (int i = 0; i < parts; ++i) b |= (detail::batch_bits(part[i]) & lane_bits()) << (i * width);
     return b;
   }
   PATCHRT_INLINE bool operator[](int i) const { return (bits() >> i) & 1u; }
@@ -224,6 +224,9 @@ template <class T, int N> struct pack {
   }
 };
 
+template <class T, int N> PATCHRT_INLINE unsigned mask_bits(pack_mask<T, N> const& m) { return m.bits(); }
+template <class T, int N> PATCHRT_INLINE void store_lanes(pack<T, N> const& x, T* lanes) { x.store(lanes); }
+
 template <class T, int N> struct scalar_traits<pack<T, N>> {
   using lane = T;
   using mask = pack_mask<T, N>;
@@ -260,6 +263,41 @@ struct scalar_convert<pack<To, N>, pack<From, N>> {
     }
   }
 };
+
+template <class T, int N> struct scalar_convert<pack_mask<T, N>, unsigned> {
+  PATCHRT_INLINE static pack_mask<T, N> apply(unsigned bits) { return pack_mask<T, N>::from_bits(bits); }
+};
+
+/// N records of eight numbers each, one after the other in memory, to eight packs: out[k][i] = records[8 i + k].
+template <class T, int N> PATCHRT_INLINE void load_records(T const* records, pack<T, N> (&out)[8]) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(T) == 8 && pack<T, N>::width == 8) {
+    for (int part = 0; part < pack<T, N>::parts; ++part) {
+      __m512d r[8], s[8];
+      for (int i = 0; i < 8; ++i) r[i] = _mm512_loadu_pd(records + 64 * part + 8 * i);
+      for (int i = 0; i < 8; i += 2) {  // pairs of records: even and odd numbers side by side
+        s[i] = __builtin_shufflevector(r[i], r[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+        s[i + 1] = __builtin_shufflevector(r[i], r[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+      }
+      for (int i = 0; i < 8; i += 4)
+        for (int k = 0; k < 2; ++k) {  // four records: numbers k, k + 4 and k + 2, k + 6
+          r[i + k] = __builtin_shufflevector(s[i + k], s[i + k + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+          r[i + k + 2] = __builtin_shufflevector(s[i + k], s[i + k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+        }
+      for (int k = 0; k < 4; ++k) {
+        out[k].part[part] = __builtin_shufflevector(r[k], r[k + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+        out[k + 4].part[part] = __builtin_shufflevector(r[k], r[k + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+      }
+    }
+    return;
+  }
+#endif
+  alignas(64) T lane[N];
+  for (int k = 0; k < 8; ++k) {
+    for (int i = 0; i < N; ++i) lane[i] = records[8 * i + k];
+    out[k] = pack<T, N>::load(lane);
+  }
+}
 
 /// The same lanes of a pack of the other precision.
 template <class To, class From, int N> struct scalar_convert<pack_mask<To, N>, pack_mask<From, N>> {

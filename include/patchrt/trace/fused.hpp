@@ -6,7 +6,7 @@
 /// Lists of rays to lists of hits on the CPU, in one fused step a pack of rays: traverse, search, correct, and let the nearest
 /// hit prune the rest. Needs the component `patchrt::pack`.
 
-#include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/accel/hierarchy_search.hpp>
 #include <patchrt/exec/executor.hpp>
 #include <patchrt/numbers/pack.hpp>
 
@@ -25,7 +25,7 @@ namespace patchrt {
 struct patch_hit {
   double t = std::numeric_limits<double>::infinity();
   double u = 0, v = 0;
-  double residual = 0;
+  float residual = 0;
   std::int32_t patch = -1;
 
   bool valid() const { return patch >= 0; }
@@ -38,44 +38,36 @@ inline constexpr int fused_width = 16;
 
 namespace detail {
 
+/// One pack of rays: `rays` and `hits` hold N of each.
 template <accuracy A, bool AnyHit, int N>
-void fused_pack(mixed_hierarchy_view const& h, ray<double> const* rays, patch_hit* hits, int count,
+void fused_pack(mixed_hierarchy_view const& h, ray<double> const* rays, patch_hit* hits, std::uint32_t active,
                 hierarchy_counts* counts) {
   using T = pack<float, N>;
-  using S = hit_scalar_t<A, T>;
+  using S = search_scalar_t<A, T>;
   using L = lane_t<S>;
-  L lane[8][N];
-  for (int i = 0; i < N; ++i) {
-    ray<double> const& r = rays[i < count ? i : 0];
-    lane[0][i] = static_cast<L>(r.origin.x);
-    lane[1][i] = static_cast<L>(r.origin.y);
-    lane[2][i] = static_cast<L>(r.origin.z);
-    lane[3][i] = static_cast<L>(r.direction.x);
-    lane[4][i] = static_cast<L>(r.direction.y);
-    lane[5][i] = static_cast<L>(r.direction.z);
-    lane[6][i] = static_cast<L>(r.t_min);
-    lane[7][i] = static_cast<L>(r.t_max);
-  }
-  ray<S> const r{{S::load(lane[0]), S::load(lane[1]), S::load(lane[2])},
-                 {S::load(lane[3]), S::load(lane[4]), S::load(lane[5])},
-                 S::load(lane[6]),
-                 S::load(lane[7])};
-  auto const active = mask_t<T>::from_bits((1u << count) - 1u);
-  auto const hit = intersect<A, AnyHit, T>(h, r, active, counts);
-  std::uint32_t const valid = hit.valid.bits();
-  if (valid == 0) {
-    for (int i = 0; i < count; ++i) hits[i] = {};
-    return;
-  }
+  static_assert(sizeof(ray<double>) == 8 * sizeof(double));
+  pack<double, N> r[8];
+  load_records(&rays->origin.x, r);
+  ray<S> const pack_of_rays{{convert<S>(r[0]), convert<S>(r[1]), convert<S>(r[2])},
+                            {convert<S>(r[3]), convert<S>(r[4]), convert<S>(r[5])},
+                            convert<S>(r[6]),
+                            convert<S>(r[7])};
+  for (int i = 0; i < N; ++i) hits[i] = {};
+  patchrt::detail::hierarchy_search<A, T> search(h, pack_of_rays, mask_t<T>::from_bits(active));
+  auto const& hit = search.template run<AnyHit>(counts);
+  std::uint32_t valid = hit.valid.bits();
+  if (valid == 0) return;
+  L t[N], u[N], v[N], residual[N];
   float patch[N];
-  hit.t.store(lane[0]);
-  hit.u.store(lane[1]);
-  hit.v.store(lane[2]);
-  hit.residual.store(lane[3]);
+  hit.t.store(t);
+  hit.u.store(u);
+  hit.v.store(v);
+  hit.residual.store(residual);
   hit.patch_bits.store(patch);
-  for (int i = 0; i < count; ++i)
-    hits[i] = valid >> i & 1u ? patch_hit{lane[0][i], lane[1][i], lane[2][i], lane[3][i], std::bit_cast<std::int32_t>(patch[i])}
-                              : patch_hit{};
+  for (; valid != 0; valid &= valid - 1) {
+    int const i = std::countr_zero(valid);
+    hits[i] = {t[i], u[i], v[i], static_cast<float>(residual[i]), std::bit_cast<std::int32_t>(patch[i])};
+  }
 }
 
 template <accuracy A, bool AnyHit, executor E>
@@ -84,10 +76,19 @@ void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<double> con
   PATCHRT_EXPECTS(hits.size() == rays.size());
   exec.for_each_chunk(rays.size(), std::size_t(1024), [&](std::size_t begin, std::size_t end) {
     hierarchy_counts own;
-    for (std::size_t i = begin; i < end; i += fused_width)
-      fused_pack<A, AnyHit, fused_width>(hierarchy, rays.data() + i, hits.data() + i,
-                                         static_cast<int>(std::min<std::size_t>(fused_width, end - i)),
-                                         counts ? &own : nullptr);
+    constexpr std::uint32_t all = (1u << fused_width) - 1u;
+    hierarchy_counts* const c = counts ? &own : nullptr;
+    std::size_t i = begin;
+    for (; i + fused_width <= end; i += fused_width)
+      fused_pack<A, AnyHit, fused_width>(hierarchy, rays.data() + i, hits.data() + i, all, c);
+    if (i < end) {
+      ray<double> last_rays[fused_width];
+      patch_hit last_hits[fused_width];
+      std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays),
+                last_rays + fused_width, rays[i]);
+      fused_pack<A, AnyHit, fused_width>(hierarchy, last_rays, last_hits, (1u << (end - i)) - 1u, c);
+      std::copy(last_hits, last_hits + (end - i), hits.begin() + std::ptrdiff_t(i));
+    }
     if (counts) {
       std::atomic_ref(counts->candidates) += own.candidates;
       std::atomic_ref(counts->newton_steps) += own.newton_steps;

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// \file
+/// Rays in one patch of a mixed hierarchy: its sub-patch boxes, the cells that may have a root, and the roots.
+
+#include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/intersect/ray_box.hpp>
+
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+namespace patchrt {
+
+/// How exactly a hit is known, and at what price (docs/PERFORMANCE.md has the measured ones).
+enum class accuracy {
+  fast,       ///< float throughout
+  refined,    ///< float search, then `correct` in double on the control points
+  reference,  ///< the paper's: float traversal, Newton's iteration in double from the middle of each leaf sub-patch
+};
+
+/// The number type of rays and hits that go with search lanes T at accuracy A.
+template <accuracy A, scalar T>
+using search_scalar_t = std::conditional_t<A == accuracy::fast, T, rebind_lane_t<T, double>>;
+
+/// Work done for a list of rays, in lanes: the figures of the paper's Table 1.
+struct hierarchy_counts {
+  std::uint64_t patches = 0;       ///< (ray, patch) pairs whose sub-patch tree was entered
+  std::uint64_t candidates = 0;    ///< (ray, sub-patch) pairs that Newton's iteration was started for
+  std::uint64_t newton_steps = 0;  ///< evaluations of the two plane functions for one ray, also those that exclude cells
+};
+
+/// The nearest hits so far of one ray, or of one ray a lane.
+template <scalar S, scalar T> struct lane_hit {
+  S t, u, v, residual;
+  T patch_bits;  ///< the patch's index, its bits in a float: moved by `select`, never computed with
+  mask_t<S> valid;
+};
+
+namespace detail {
+
+/// A ray, or one a lane, on its way through a mixed hierarchy: see `hierarchy_search`.
+template <accuracy A, scalar T> struct search_state {
+  using S = search_scalar_t<A, T>;
+
+  mixed_hierarchy_view const& hierarchy;
+  ray<S> user;                                // as it was given
+  vec3<S> search_origin, search_direction;    // in search space, the origin moved by shift
+  S to_search, shift;                         // search-space t = to_search t - shift
+  slab_ray<T> slabs;
+  vec3<T> direction, n1, n2, abs_n1, abs_n2;  // search_direction and the normals of its planes
+  T search_t_min;
+  mask_t<T> active;
+  lane_hit<S, T> hit;
+  S nearest;                                  // hit.t in search space
+  hierarchy_counts* counts = nullptr;
+
+  PATCHRT_INLINE search_state(mixed_hierarchy_view const& h, ray<S> const& r) : hierarchy(h), user(r) {
+    using L = lane_t<S>;
+    hit.t = r.t_max;
+    hit.u = hit.v = hit.residual = S(0);
+    hit.patch_bits = T(0);
+    hit.valid = r.t_min < r.t_min;
+    search_origin = (r.origin - convert_vec<S>(vec3<L>(h.centre))) * S(static_cast<L>(h.inverse_scale));
+  }
+
+  PATCHRT_INLINE static unsigned lanes_on(mask_t<T> m) { return static_cast<unsigned>(std::popcount(mask_bits(m))); }
+};
+
+/// The rays of `state` in one patch.
+template <accuracy A, scalar T> class patch_search {
+ public:
+  using S = search_scalar_t<A, T>;
+  using TM = mask_t<T>;
+  using SM = mask_t<S>;
+  using L = lane_t<S>;
+
+  /// `lanes` enter the patch's box at `entry`.
+  PATCHRT_INLINE patch_search(search_state<A, T>& state, std::int32_t patch, TM lanes, T entry, unsigned octant)
+      : state_(state), patch_(patch), search_(state.hierarchy.search[patch]), exact_(state.hierarchy.exact[patch]),
+        octant_(octant), lanes_(lanes), entry_(entry), start_(convert<S>(entry)) {}
+
+  PATCHRT_OUTLINE void run() {
+    // From here on rays start at their entry: what is rounded to float is of the patch's size, wherever the patch is.
+    vec3<S> const base = convert_vec<S>(vec3<L>(exact_.search_base));
+    origin_ = convert_vec<T>(fma(start_, state_.search_direction, state_.search_origin - base));
+    nearest_ = convert<T>(state_.nearest - start_);
+    T const soonest = state_.search_t_min - entry_;
+    waiting_.lanes = lanes_ && !lanes_;
+    if (state_.counts) state_.counts->patches += state_.lanes_on(lanes_);
+
+    // Boxes are met in the grid's own coordinates: bytes become numbers and nothing else.
+    subpatch_tree const& tree = search_.tree;
+    vec3<float> const &step = tree.grid_step, &corner = tree.grid_origin;
+    slab_ray<T> grid;
+    grid.origin = {(origin_.x - T(corner.x)) * T(1 / step.x), (origin_.y - T(corner.y)) * T(1 / step.y),
+                   (origin_.z - T(corner.z)) * T(1 / step.z)};
+    grid.inverse = {state_.slabs.inverse.x * T(step.x), state_.slabs.inverse.y * T(step.y),
+                    state_.slabs.inverse.z * T(step.z)};
+    cell_entry_ = soonest;
+    cell_lanes_ = lanes_;
+    bool is_projected = false;
+    traverse(
+        tree, state_.hierarchy.nodes, octant_,
+        [&](subpatch_node const& n) {
+          box<float> const b{{float(n.lo[0]), float(n.lo[1]), float(n.lo[2])},
+                             {float(n.hi[0]), float(n.hi[1]), float(n.hi[2])}};
+          auto const span = intersect(grid, b, soonest, nearest_);
+          cell_entry_ = span.entry;
+          cell_lanes_ = lanes_ && cell_entry_ <= span.exit;
+          return any_of(cell_lanes_);
+        },
+        [&](std::uint32_t k, std::uint32_t index) {
+          if (!is_projected) projected_ = project(search_.power, origin_, state_.n1, state_.n2);
+          is_projected = true;
+          visit_leaf(k, state_.hierarchy.leaves[tree.first_leaf + index]);
+        });
+    if (any_of(waiting_.lanes)) solve_waiting();
+  }
+
+ private:
+  /// Cells that may have a root, one a lane: Newton's iteration is put off so that it runs with as many lanes as it can.
+  struct waiting_cells {
+    T x, y;  // where the iteration begins
+    T cell_x, cell_y, half_x, half_y;
+    T entry;
+    TM lanes;
+  };
+
+  PATCHRT_OUTLINE void visit_leaf(std::uint32_t k, subpatch_leaf const& leaf) {
+    vec3<float> const& step = search_.tree.remainder_step;
+    patch_cell<float> const cell = subpatch_cell(search_.tree, k);
+    patch_cell<T> const c{T(cell.x), T(cell.y), T(cell.half_x), T(cell.half_y),
+                          {T(float(leaf.remainder[0]) * step.x), T(float(leaf.remainder[1]) * step.y),
+                           T(float(leaf.remainder[2]) * step.z)}};
+    if (state_.counts) state_.counts->newton_steps += state_.lanes_on(cell_lanes_);
+    if constexpr (A == accuracy::reference) {
+      add(cell_lanes_, c.x, c.y, c.x, c.y, c.half_x, c.half_y);
+    } else {
+      cell_start<T> const begin = linear_start(projected_, state_.abs_n1, state_.abs_n2, c);
+      TM const possible = cell_lanes_ && begin.possible;
+      if (!any_of(possible)) return;
+      vec3<T> const axis{T(float(leaf.axis[0])), T(float(leaf.axis[1])), T(float(leaf.axis[2]))};
+      TM const single = possible && T(float(leaf.sine) * (127.0f / 255.0f)) < abs(dot(state_.direction, axis));
+      if (any_of(single)) add(single, begin.x, begin.y, c.x, c.y, c.half_x, c.half_y);
+      TM const folded = possible && !single;
+      if (any_of(folded)) subdivide(folded, c);
+    }
+  }
+
+  PATCHRT_INLINE void add(TM lanes, T x, T y, T cell_x, T cell_y, T half_x, T half_y) {
+    if (any_of(lanes && waiting_.lanes)) solve_waiting();
+    auto& w = waiting_;
+    w.x = select(lanes, x, w.x);
+    w.y = select(lanes, y, w.y);
+    w.cell_x = select(lanes, cell_x, w.cell_x);
+    w.cell_y = select(lanes, cell_y, w.cell_y);
+    w.half_x = select(lanes, half_x, w.half_x);
+    w.half_y = select(lanes, half_y, w.half_y);
+    w.entry = select(lanes, cell_entry_, w.entry);
+    w.lanes = w.lanes || lanes;
+  }
+
+  /// Halves a cell, each lane along the parameter that bends its Jacobian more, until its parts are seen to have no root, or
+  /// one; parts of the last level are given to Newton's iteration as they are.
+  PATCHRT_OUTLINE void subdivide(TM folded, patch_cell<T> const& c) {
+    constexpr int most_levels = 8;
+    struct part {
+      T x, y, half_x, half_y;
+      TM lanes;
+    } parts[most_levels + 1];  // the path to the part at hand
+    parts[0] = {c.x, c.y, c.half_x, c.half_y, folded};
+    std::uint32_t trail = 0;  // as in `traverse`
+    int level = 0;
+    for (;;) {
+      part& at = parts[level];
+      cell_verdict<T> const v = examine_cell(projected_, at.x, at.y, at.half_x, at.half_y);
+      if (state_.counts) state_.counts->newton_steps += state_.lanes_on(at.lanes);
+      TM const possible = at.lanes && v.possible;
+      TM const divided = level == most_levels ? possible && !possible : possible && !v.at_most_one;
+      TM const single = possible && !divided;
+      if (any_of(single)) add(single, v.x, v.y, at.x, at.y, at.half_x, at.half_y);
+      if (any_of(divided)) {
+        T const hx = select(v.bends_in_x, at.half_x * T(0.5f), at.half_x);
+        T const hy = select(v.bends_in_x, at.half_y, at.half_y * T(0.5f));
+        parts[level + 1] = {at.x - (at.half_x - hx), at.y - (at.half_y - hy), hx, hy, divided};
+        ++level;
+        trail <<= 1;
+        continue;
+      }
+      int const up = std::countr_one(trail);
+      level -= up;
+      if (level <= 0) return;
+      trail = (trail >> up) | 1u;
+      part const& whole = parts[level - 1];
+      part& half = parts[level];  // from the first half to the second
+      half.x = fma(T(2), whole.x, -half.x);
+      half.y = fma(T(2), whole.y, -half.y);
+    }
+  }
+
+  PATCHRT_OUTLINE void solve_waiting() {
+    auto const& w = waiting_;
+    if (state_.counts) state_.counts->candidates += state_.lanes_on(w.lanes);
+    if constexpr (A == accuracy::reference) {
+      solve_as_reference();
+    } else {
+      newton_result<T> const n = newton(projected_, w.x, w.y, w.lanes, 0x1p-10f, 0.5f, 10);
+      if (state_.counts) state_.counts->newton_steps += unsigned(n.steps) * state_.lanes_on(w.lanes);
+      T const spare(0x1p-10f);
+      TM const inside = n.converged && abs(n.x - w.cell_x) <= w.half_x + spare && abs(n.y - w.cell_y) <= w.half_y + spare;
+      if (any_of(inside)) finish(n.x, n.y, inside);
+    }
+    nearest_ = convert<T>(state_.nearest - start_);
+    waiting_.lanes = lanes_ && !lanes_;
+  }
+
+  /// The hits of the lanes in `inside` from their roots in float.
+  PATCHRT_INLINE void finish(T x, T y, TM inside) {
+    patch_root<S> root;
+    if constexpr (A == accuracy::fast) {
+      S const along = start_ + dot(position(search_.power, x, y) - origin_, state_.direction);
+      root.t = (along + state_.shift) / state_.to_search;
+      root.u = min(max(fma(x, T(0.5f), T(0.5f)), T(0)), T(1));
+      root.v = min(max(fma(y, T(0.5f), T(0.5f)), T(0)), T(1));
+      root.residual = T(0);
+      T const edge(1 + 0x1p-20f);
+      root.valid = abs(x) <= edge && abs(y) <= edge;
+      keep(root, along, inside && root.valid);
+    } else {
+      S const u = fma(convert<S>(x), S(0.5), S(0.5));
+      S const v = fma(convert<S>(y), S(0.5), S(0.5));
+      root = correct<S>(exact_.patch, exact_.size, state_.user.origin - convert_vec<S>(exact_.base),
+                        state_.user.direction, u, v, convert<SM>(inside));
+      keep(root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+    }
+  }
+
+  PATCHRT_INLINE void solve_as_reference() {
+    auto const& w = waiting_;
+    int steps = 0;
+    S const u = fma(convert<S>(w.x), S(0.5), S(0.5));
+    S const v = fma(convert<S>(w.y), S(0.5), S(0.5));
+    patch_root<S> const root = solve_on_planes<S>(exact_.patch, exact_.size, state_.user.origin - convert_vec<S>(exact_.base),
+                                                  state_.user.direction, u, v, convert<SM>(w.lanes), steps);
+    if (state_.counts) state_.counts->newton_steps += unsigned(steps) * state_.lanes_on(w.lanes);
+    keep(root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+  }
+
+  /// Keeps roots that are nearer than what is known; `along` is their distance in search space.
+  PATCHRT_INLINE void keep(patch_root<S> const& root, S along, SM found) {
+    auto& hit = state_.hit;
+    // Not nearer than the boxes they were found in, so that skipping those could not have lost them.
+    TM const behind_entry = waiting_.entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
+    found = found && convert<SM>(behind_entry) && state_.user.t_min < root.t;
+    SM nearer = found && root.t < hit.t;
+    SM const same = found && root.t == hit.t && hit.valid;
+    if (any_of(same)) nearer = nearer || (same && first_of_tie(root));
+    if (!any_of(nearer)) return;
+    hit.t = select(nearer, root.t, hit.t);
+    hit.u = select(nearer, root.u, hit.u);
+    hit.v = select(nearer, root.v, hit.v);
+    hit.residual = select(nearer, root.residual, hit.residual);
+    hit.patch_bits = select(convert<TM>(nearer), T(std::bit_cast<float>(patch_)), hit.patch_bits);
+    hit.valid = hit.valid || nearer;
+    state_.nearest = select(nearer, along, state_.nearest);
+  }
+
+  /// Of two roots at the same t, whether this patch's comes first.
+  PATCHRT_INLINE SM first_of_tie(patch_root<S> const& root) const {
+    constexpr int N = lanes_v<T>;
+    float bits[N];
+    L u[N], v[N], other_u[N], other_v[N];
+    store_lanes(state_.hit.patch_bits, bits);
+    store_lanes(state_.hit.u, other_u);
+    store_lanes(state_.hit.v, other_v);
+    store_lanes(root.u, u);
+    store_lanes(root.v, v);
+    unsigned first = 0;
+    for (int i = 0; i < N; ++i) {
+      std::int32_t const other = std::bit_cast<std::int32_t>(bits[i]);
+      bool const wins = patch_ != other ? patch_ < other : u[i] != other_u[i] ? u[i] < other_u[i] : v[i] < other_v[i];
+      first |= unsigned(wins) << i;
+    }
+    return convert<SM>(first);
+  }
+
+  search_state<A, T>& state_;
+  std::int32_t patch_;
+  search_patch const& search_;
+  exact_patch const& exact_;
+  unsigned octant_;
+  TM lanes_;
+  T entry_;
+  S start_;  // entry_
+  vec3<T> origin_;
+  T nearest_;  // of the hits, from entry_ on
+  T cell_entry_;
+  TM cell_lanes_;
+  waiting_cells waiting_;
+  projected_patch<T> projected_;  // made when the first leaf is reached
+};
+
+}  // namespace detail
+}  // namespace patchrt
