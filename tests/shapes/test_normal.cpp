@@ -199,7 +199,8 @@ TEMPLATE_TEST_CASE("the limit normal is the exact limit along the diagonal, howe
   for (int n = 0; n < 400; ++n) {
     // Few different points, some in one plane, some copied: every kind of vanishing and collinear tangent.
     bicubic_patch<T> p;
-    for (auto& c : p.control_points) c = {T(few(g)), T(few(g)), n % 3 == 0 ? T(0) : T(few(g))};
+    T const values[3] = {0, 3, 7};  // which round in every step: the limit must not be taken from rounding errors
+    for (auto& c : p.control_points) c = {values[few(g)], values[few(g)], n % 3 == 0 ? T(0) : values[few(g)]};
     for (int k = n % 12; k > 0; --k) p.control_points[std::size_t(any(g))] = p.control_points[std::size_t(any(g))];
     if (n % 4 == 1) {
       for (int j = 1; j < 4; ++j) p(0, j) = p(0, 0);
@@ -264,12 +265,13 @@ TEMPLATE_TEST_CASE("normals do not depend on the size of the patch, down to deno
   using T = TestType;
   using limits = std::numeric_limits<T>;
   auto const p = octant<T>();
-  for (T const scale : {limits::min() / limits::epsilon(), limits::min() * 1024, T(1e-20), T(1e20), limits::max()}) {
+  for (int e = limits::min_exponent + 8; e <= limits::max_exponent; ++e) {
+    T const scale = e == limits::max_exponent ? limits::max() : std::ldexp(T(1), e);
     auto q = p;
     for (auto& c : q.control_points) c *= scale;
     for (T const u : {T(0), T(0.3), T(0.9999), T(1)}) {
       CAPTURE(scale, u);
-      CHECK(norm(normal(q, u, T(0.4)) - normal(p, u, T(0.4))) <= 50 * limits::epsilon());
+      REQUIRE(norm(normal(q, u, T(0.4)) - normal(p, u, T(0.4))) <= 50 * limits::epsilon());
     }
   }
   auto opposite = p;  // differences that overflow
