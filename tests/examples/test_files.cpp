@@ -47,7 +47,7 @@ TEST_CASE("a file of rays is empty or a multiple of 64 bytes") {
     std::ofstream(folder / "rays") << std::string(std::size_t(size), '\0');
     REQUIRE(read_rays(folder / "rays").size() == std::size_t(size) / 64);
   }
-  for (int size : {1, 63, 65, 100}) {
+  for (int size : {1, 8, 63, 65, 72, 100}) {
     CAPTURE(size);
     std::ofstream(folder / "rays") << std::string(std::size_t(size), '\0');
     REQUIRE_THROWS_WITH(read_rays(folder / "rays"), test::contains_text("rays: expected rays of 64 bytes each, got " +

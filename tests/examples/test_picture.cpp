@@ -121,6 +121,8 @@ TEST_CASE("directions that leave no camera are refused") {
                     test::contains_text("the eye is at the point looked at"));
   CHECK_THROWS_WITH(look_at({0, 0, 9}, {0, 0, 0}, z_up, 35, size),
                     test::contains_text("the up direction is along the view"));
+  CHECK_THROWS_WITH(look_at({0, 0, 9}, {1e-11, 0, 0}, z_up, 35, size),
+                    test::contains_text("the up direction is along the view"));
   CHECK_THROWS_WITH(look_at({0, 9, 9}, {0, 0, 0}, {0, 0, 0}, 35, size),
                     test::contains_text("the up direction has no length"));
 }
@@ -156,19 +158,23 @@ TEST_CASE("no root is confirmed where a ray passes a patch by") {
   for (auto const& patch : patches) CHECK(!polish(patch, {{0, 0, 50}, {0, 1, 0}, 0, 100}, 1, 0.5, 0.5).confirmed);
 }
 
-TEST_CASE("polishing stays at a collapsed edge, where one parameter moves nothing") {
-  auto const patches = load_bpt(test::project_data("teapot.bpt"));
+TEST_CASE("polishing stays at a collapsed edge, where one parameter moves nothing but rounding errors") {
+  vec3<double> const shift{0.1, 0.2, 0.3};
   int collapsed = 0;
-  for (auto const& patch : patches) {
+  for (auto patch : load_bpt(test::project_data("teapot.bpt"))) {
+    for (auto& p : patch.control_points) p += shift;
     for (int const i : {0, 3}) {
       bool one_point = true;
       for (int j = 1; j < 4; ++j) one_point = one_point && patch(i, j) == patch(i, 0);
       if (!one_point) continue;
       ++collapsed;
-      vec3<double> const pole = patch(i, 0), origin = pole + vec3<double>{0.0, 0.0, 2.0};
-      auto const root = polish(patch, {origin, {0, 0, -1}, 0, 10}, 2 + 1e-9, i / 3.0, 0.5);
-      CHECK(root.confirmed);
-      CHECK(double(root.t) == Approx(2).epsilon(1e-15));
+      vec3<double> const origin = patch(i, 0) + vec3<double>{0.0, 0.0, 2.0};
+      for (double const v : {0.1, 0.3, 0.5, 0.7}) {
+        auto const root = polish(patch, {origin, {0, 0, -1}, 0, 10}, 2 + 1e-9, i == 0 ? 1e-18 : 1, v);
+        CAPTURE(i, v);
+        CHECK(root.confirmed);
+        CHECK(double(root.t) == Approx(2).epsilon(1e-15));
+      }
     }
   }
   CHECK(collapsed > 0);
