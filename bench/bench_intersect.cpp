@@ -6,11 +6,11 @@
 /// Counters: `ns_a_lane`; `flops_a_lane`, counted by running the kernel on `counted`, mean over its inputs; `GFLOPS`
 /// = the two together over all lanes; `of_peak` = GFLOPS over the measured peak of the register that the lanes fill.
 ///
-/// Workload: the teapot's patches. Solver and traversal get rays from a sphere of twice the model's size at points of
-/// it.
+/// Workload: the patches of the teapot, or of PATCHRT_MODEL=FILE, and rays at points of them: for walk and trace in
+/// bundles of 16 from one eye.
 
 #include "support/counted.hpp"
-#include "support/fma_peak.hpp"
+#include "support/microbenchmark.hpp"
 
 #include <patchrt/accel/build_mixed_hierarchy.hpp>
 #include <patchrt/exec/serial.hpp>
@@ -23,8 +23,9 @@
 
 #include <benchmark/benchmark.h>
 
+#include <cstdio>
 #include <cstdlib>
-#include <random>
+#include <exception>
 #include <vector>
 
 namespace {
@@ -35,55 +36,10 @@ using namespace patchrt::bench;
 constexpr std::size_t inputs =
     256;  // packs a kernel runs over, so that nothing is known beforehand and all is in cache
 
-template <class T> double peak() {
-  static double const flops = measure_fma_peak<T>();
-  return flops;
-}
-/// The widest single register among the lanes of T.
-template <class T> struct register_type { using type = T; };
-template <class T, int N> struct register_type<pack<T, N>> { using type = pack<T, pack<T, N>::width>; };
-
 std::vector<bicubic_patch<double>> const& model() {
   static auto const patches = load_bpt(std::getenv("PATCHRT_MODEL") ? std::getenv("PATCHRT_MODEL") : "data/teapot.bpt");
   return patches;
 }
-
-/// Calls `kernel(k)` for the inputs in turn; it returns what must be computed.
-template <class T, class Kernel>
-void measure(benchmark::State& state, std::size_t count, double flops_a_lane, Kernel&& kernel) {
-  std::size_t k = 0;
-  double const seconds = thread_seconds([&] {
-    for (auto _ : state) {
-      auto result = kernel(k);
-      benchmark::DoNotOptimize(result);
-      k = k + 1 == count ? 0 : k + 1;
-    }
-  });
-  double const lanes = double(state.iterations()) * lanes_v<T>, flops = flops_a_lane * lanes / seconds;
-  state.counters["ns_a_lane"] = 1e9 * seconds / lanes;
-  state.counters["flops_a_lane"] = flops_a_lane;
-  state.counters["GFLOPS"] = 1e-9 * flops;
-  state.counters["of_peak"] = flops / peak<typename register_type<T>::type>();
-}
-
-/// One T from lanes that `next` draws.
-template <class T, class F> T draw(F&& next) {
-  if constexpr (lanes_v<T> == 1) return T(next());
-  else {
-    lane_t<T> lane[lanes_v<T>];
-    for (auto& x : lane) x = static_cast<lane_t<T>>(next());
-    return T::load(lane);
-  }
-}
-
-class random_numbers {
- public:
-  double operator()() { return double(bits_() >> 11) * 0x1p-53; }
-  double between(double lo, double hi) { return lo + (hi - lo) * (*this)(); }
-
- private:
-  std::mt19937_64 bits_{1};
-};
 
 template <class To> bicubic_patch<To> convert_patch(bicubic_patch<double> const& p) {
   bicubic_patch<To> q;
@@ -118,6 +74,11 @@ template <class T> vec3<T> draw_direction(random_numbers& next) {
   return {draw<T>(one), draw<T>(one), draw<T>(one)};
 }
 
+double box_operations() {
+  slab_ray<counted> const r{{0, 0, 0}, {1, 1, 1}};
+  return count_operations([&] { intersect(r, box<counted>{{0, 0, 0}, {1, 1, 1}}, counted(0), counted(1)); });
+}
+
 template <class T> void meet_box(benchmark::State& state) {
   using L = lane_t<T>;
   random_numbers next;
@@ -128,11 +89,7 @@ template <class T> void meet_box(benchmark::State& state) {
     vec3<L> const corner = draw_direction<L>(next), size = draw_direction<L>(next);
     boxes.push_back({corner, corner + vec3<L>(std::abs(size.x), std::abs(size.y), std::abs(size.z))});
   }
-  slab_ray<counted> const r{{0, 0, 0}, {1, 1, 1}};
-  double const flops = count_operations([&] {
-    intersect(r, box<counted>{{0, 0, 0}, {1, 1, 1}}, counted(0), counted(1));
-  });
-  measure<T>(state, inputs, flops, [&](std::size_t k) {
+  measure<T>(state, inputs, box_operations(), [&](std::size_t k) {
     return intersect(rays[k], boxes[k], T(L(0)), T(std::numeric_limits<L>::infinity()));
   });
 }
@@ -218,6 +175,48 @@ std::vector<ray<double>> bundles() {
   return rays;
 }
 
+/// The walk through the hierarchy over the patches' boxes; a call is one ray, or one a lane out of the same bundle.
+template <class T> void walk_boxes(benchmark::State& state) {
+  using L = lane_t<T>;
+  std::vector<box<L>> boxes;
+  for (auto const& p : model()) boxes.push_back(bounds(convert_patch<L>(p)));
+  auto const tree = build_sah(std::span<box<L> const>(boxes));
+  auto const rays = bundles();
+  std::vector<slab_ray<T>> slabs;
+  std::vector<unsigned> octants;
+  for (std::size_t k = 0; k < inputs; ++k) {
+    auto const lanes = [&](vec3<double> ray<double>::*of, int axis) {
+      std::size_t i = k * 16;
+      return draw<T>([&] { return component(rays[i++].*of, axis); });
+    };
+    auto const vector = [&](vec3<double> ray<double>::*of) -> vec3<T> {
+      return {lanes(of, 0), lanes(of, 1), lanes(of, 2)};
+    };
+    slabs.push_back(make_slab_ray<T>(vector(&ray<double>::origin), vector(&ray<double>::direction)));
+    octants.push_back(direction_octant(rays[k * 16].direction));
+  }
+  T const t_min(L(0)), t_max(std::numeric_limits<L>::max());
+  auto const walk = [&](std::size_t k, auto&& visit) {
+    int leaves = 0;
+    traverse(
+        tree.view(), octants[k],
+        [&](box<L> const& b) {
+          visit();
+          auto const span = intersect(slabs[k], b, t_min, t_max);
+          return any_of(span.entry <= span.exit);
+        },
+        [&](std::int32_t) {
+          ++leaves;
+          return false;
+        });
+    return leaves;
+  };
+  double visited = 0;
+  for (std::size_t k = 0; k < inputs; ++k) walk(k, [&] { ++visited; });
+  measure<T>(state, inputs, visited / double(inputs) * box_operations(), [&](std::size_t k) { return walk(k, [] {}); });
+  state.counters["nodes"] = visited / double(inputs);
+}
+
 /// The whole of an intersection by the mixed hierarchy; a call is a bundle of 16 rays.
 template <accuracy A, int N> void trace_bundle(benchmark::State& state) {
   auto const rays = bundles();
@@ -260,6 +259,7 @@ PATCHRT_BENCH_LANES(evaluate_patch);
 PATCHRT_BENCH_LANES(split_patch);
 PATCHRT_BENCH_LANES(meet_box);
 PATCHRT_BENCH_LANES(solve_patch);
+PATCHRT_BENCH_LANES(walk_boxes);
 BENCHMARK_TEMPLATE(trace_bundle, accuracy::fast, 16);
 BENCHMARK_TEMPLATE(trace_bundle, accuracy::refined, 16);
 BENCHMARK_TEMPLATE(trace_bundle, accuracy::reference, 16);
@@ -267,4 +267,14 @@ BENCHMARK_TEMPLATE(trace_bundle, accuracy::refined, 1);
 
 }  // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  try {
+    model();
+  } catch (std::exception const& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 1;
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+}

@@ -251,40 +251,6 @@ class front {
   front_report report_;
 };
 
-/// The speed targets hold only where the answers are no worse than those they are compared with.
-std::vector<target> targets(front_report const& r) {
-  std::vector<std::string> const patches{"patches"}, prepared{"1", "8", "16"}, single{"1"};
-  auto const ratio = [&r](measurement const* a, measurement const* b) {
-    return a && b ? std::optional(speed_ratio(r.contenders[a->contender], r.contenders[b->contender])) : std::nullopt;
-  };
-  std::vector<target> all;
-  auto const against = [&](std::size_t w, char const* mesh, int n, std::span<std::string const> variants,
-                           double wanted) {
-    auto const *const ours = r.best("refined", 0, w, patches), *const theirs = r.best(mesh, n, w, variants);
-    std::string const cells = std::string(mesh) + " N=" + std::to_string(n), name = r.workload_names[w] + ": refined ";
-    all.push_back({name + "against rtcIntersect" + (theirs ? theirs->variant : "") + " on " + cells + ", times as fast",
-                   ratio(ours, theirs), wanted});
-    if (!ours || !theirs) return;
-    verdict const &v = r.verdicts[w][ours->method], &mesh_v = r.verdicts[w][theirs->method];
-    all.push_back({name + "RMS error over that of " + cells, v.surface_rms / mesh_v.surface_rms, 1, true});
-    all.push_back({name + "wrong rays, against those of " + cells, double(v.wrong), double(mesh_v.wrong), true});
-  };
-  if (r.model.starts_with("teapot")) {
-    against(0, "triangles", 64, prepared, 1.2);
-    against(0, "grid", 256, prepared, 3);
-    against(1, "triangles", 64, single, 1.5);
-  } else if (r.model.starts_with("bigguy")) {
-    against(0, "grid", 32, prepared, 2);
-    against(1, "grid", 32, single, 1.2);
-  }
-  all.push_back({"coherent: time of refined over that of fast",
-                 ratio(r.best("fast", 0, 0, patches), r.best("refined", 0, 0, patches)), 1.2, true});
-  all.push_back({"KiB of hierarchy per patch", double(r.hierarchy_bytes) / 1024 / double(r.patches), 1, true});
-  all.push_back({"build at depth 6, one thread, microseconds per patch",
-                 1e6 * r.depth_6_build_seconds / double(r.patches), 10, true});
-  return all;
-}
-
 void run(settings const& s) {
   auto const patches = load_bpt(s.model);
   auto whole = box<double>::empty();

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Plots CSV files of bench/front: error against time a ray, one panel a workload, the area of a mark grows with memory.
 
-usage: plot_front.py FILE.csv [FILE.csv ...] -o FRONT.png
+usage: plot_front.py FILE.csv [FILE.csv ...] [-o FRONT.png] [--markdown FRONT.md]
 """
 import argparse
 import csv
@@ -51,10 +51,30 @@ def draw(axes, rows, title):
     axes.legend(fontsize=8, markerscale=0.5)
 
 
+def markdown(rows):
+    """One workload as a table: every method's rate by variant, with its memory, build time and errors."""
+    variants = list(dict.fromkeys(row["variant"] for row in rows))
+    lines = [f"| method | N | build s | MiB | {' | '.join(variants)} | RMS | max | wrong |",
+             "|---" * (7 + len(variants)) + "|"]
+    methods = {}
+    for row in rows:
+        methods.setdefault((row["method"], int(row["n"])), {})[row["variant"]] = row
+    for (method, n), by_variant in methods.items():
+        row = next(iter(by_variant.values()))
+        rates = [f"{float(by_variant[v]['mrays_per_s']):.2f}" if v in by_variant else "" for v in variants]
+        errors = [f"{float(row[e]):.1e}" if float(row[e]) else "" for e in ("surface_rms", "surface_max")]
+        memory = float(row["bytes"]) / 2**20
+        build = float(row["build_seconds"])
+        lines.append(f"| {method} | {n or ''} | {build:.4f} | {memory:.3f} | {' | '.join(rates)} | "
+                     f"{' | '.join(errors)} | {row['wrong']} |")
+    return "\n".join(lines)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("csv", nargs="+")
-    parser.add_argument("-o", "--output", required=True)
+    parser.add_argument("-o", "--output", help="picture")
+    parser.add_argument("--markdown", help="the same figures as tables")
     arguments = parser.parse_args()
     panels = []
     for name in arguments.csv:
@@ -64,6 +84,15 @@ def main():
             chosen = [row for row in rows if row["workload"] == workload]
             rays = int(chosen[0]["rays"])
             panels.append((chosen, f"{chosen[0]['model']}, {workload}: {rays} rays"))
+    if arguments.markdown:
+        with open(arguments.markdown, "w") as file:
+            file.write("\n\n".join(f"{title}\n\n{markdown(rows)}" for rows, title in panels) + "\n")
+    if arguments.output:
+        plot(panels, arguments.output)
+
+
+def plot(panels, output):
+    panels = [(rows, title) for rows, title in panels if best_by_method(rows)]
     height = math.ceil(len(panels) / 2)
     figure, axes = plt.subplots(height, 2, figsize=(13, 5.5 * height), squeeze=False)
     for ax, (rows, title) in zip(axes.flat, panels):
@@ -73,7 +102,7 @@ def main():
     figure.suptitle("Error, time and memory of exact patches and of tessellations "
                     "(numbers: cells per patch edge; area of a mark: memory)", fontsize=10)
     figure.tight_layout()
-    figure.savefig(arguments.output, dpi=130)
+    figure.savefig(output, dpi=130)
 
 
 if __name__ == "__main__":
