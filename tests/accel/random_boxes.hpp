@@ -77,12 +77,13 @@ template <class T> std::vector<box_set<T>> box_sets(std::size_t n, unsigned seed
                                  return vec3<T>{u(random), 0, 0};
                                },
                                seed)},
-      {"ever smaller", boxes_around<T>(
-                           n, 0,
-                           [](std::size_t i) {
-                             return vec3<T>{std::ldexp(T(1), -int(i % 120)), 0, 0};
-                           },
-                           seed)},
+      {"ever smaller",
+       boxes_around<T>(
+           n, 0,
+           [](std::size_t i) {
+             return vec3<T>{std::ldexp(T(1), -int(i % std::size_t(std::numeric_limits<T>::max_exponent - 24))), 0, 0};
+           },
+           seed)},
       {"ever greater", boxes_around<T>(
                            n, 1,
                            [](std::size_t i) {

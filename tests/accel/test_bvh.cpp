@@ -34,6 +34,9 @@ template <class T> std::string fault(bvh<T> const& tree, std::vector<box<T>> con
     }
   }
   if (count > 0 && tree.nodes[0].skip != count) return "root's skip";
+  std::vector<octant_links> links(count);
+  link_octants<T>(tree.nodes, links);
+  if (count > 0 && std::memcmp(links.data(), tree.links.data(), count * sizeof links[0]) != 0) return "links";
   for (std::size_t i = 0; i < n; ++i)
     if (leaves[i] != 1) return "primitive " + std::to_string(i) + " in " + std::to_string(leaves[i]) + " leaves";
   return "";
@@ -88,7 +91,7 @@ static_assert(sizeof(bvh_node<float>) == 32 && sizeof(bvh_node<double>) == 56 &&
 TEMPLATE_TEST_CASE("a tree holds every box in one leaf, depth-first, inside tight parents", "", float, double) {
   using T = TestType;
   unsigned const seed = 1u;
-  for (std::size_t const n : {0, 1, 2, 3, 4, 7, 8, 9, 10, 33, 300, 2047, 2048, 2049, 4097, 9000})
+  for (std::size_t const n : {0u, 1u, 2u, 3u, 4u, 7u, 8u, 9u, 10u, 33u, 300u, 2047u, 2048u, 2049u, 4097u, 9000u})
     for (auto const& [name, boxes] : test::box_sets<T>(n, seed)) {
       CAPTURE(seed, n, name);
       bvh<T> const tree = build_sah<T>(boxes);
@@ -121,7 +124,7 @@ TEST_CASE("a tree costs at most a twentieth more than one that tries all splits"
 
 TEMPLATE_TEST_CASE("centres that coincide are halved", "", float, double) {
   using T = TestType;
-  for (std::size_t const n : {2, 3, 64, 1000, 5000}) {
+  for (std::size_t const n : {2u, 3u, 64u, 1000u, 5000u}) {
     CAPTURE(n);
     bvh<T> const tree = build_sah<T>(std::vector<box<T>>(n, box<T>{{1, 2, 3}, {1, 2, 3}}));
     REQUIRE(std::size_t(1) << (depth(tree) - 1) < n);
@@ -133,7 +136,7 @@ TEMPLATE_TEST_CASE("of primitives far apart each side of the tree takes one grou
   unsigned const seed = 4u;
   CAPTURE(seed);
   for (int axis = 0; axis < 3; ++axis)
-    for (std::size_t const n : {4, 20, 4000}) {
+    for (std::size_t const n : {4u, 20u, 4000u}) {
       CAPTURE(axis, n);
       auto boxes = test::scattered_boxes<T>(n, seed);
       for (std::size_t i = 0; i < n; i += 4) {
@@ -149,7 +152,7 @@ TEMPLATE_TEST_CASE("of primitives far apart each side of the tree takes one grou
 
 TEMPLATE_TEST_CASE("a box with a NaN coordinate is refused by its number", "", float, double) {
   using T = TestType;
-  for (std::size_t const n : {5, 5000})
+  for (std::size_t const n : {5u, 5000u})
     for (int k = 0; k < 6; ++k) {
       CAPTURE(n, k);
       auto boxes = test::scattered_boxes<T>(n, 5u);

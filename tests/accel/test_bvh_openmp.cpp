@@ -22,7 +22,7 @@ template <class T> bool same_bits(bvh<T> const& a, bvh<T> const& b) {
 TEMPLATE_TEST_CASE("any number of threads builds the same tree", "", float, double) {
   using T = TestType;
   unsigned const seed = 7u;
-  for (std::size_t const n : {1, 100, 2049, 30000})
+  for (std::size_t const n : {1u, 100u, 2049u, 30000u})
     for (auto const& [name, boxes] : test::box_sets<T>(n, seed)) {
       CAPTURE(seed, n, name);
       bvh<T> const tree = build_sah<T>(boxes);

@@ -10,7 +10,7 @@ using namespace patchrt;
 
 TEMPLATE_TEST_CASE("refitting to the boxes a tree was built from changes nothing", "", float, double) {
   using T = TestType;
-  for (std::size_t const n : {0, 1, 2, 500}) {
+  for (std::size_t const n : {0u, 1u, 2u, 500u}) {
     auto const boxes = test::scattered_boxes<T>(n, 9u);
     bvh<T> tree = build_sah<T>(boxes);
     auto const nodes = tree.nodes;

@@ -61,7 +61,7 @@ template <class T> struct scene {
 TEMPLATE_TEST_CASE("a walk finds just the boxes that testing all of them finds, in any octant's order", "", float,
                    double) {
   using T = TestType;
-  for (std::size_t const n : {0, 1, 2, 3, 10, 300}) {
+  for (std::size_t const n : {0u, 1u, 2u, 3u, 10u, 300u}) {
     scene<T> const s(n, 11u);
     CAPTURE(s.seed, n);
     std::size_t hits = 0, inside = 0;

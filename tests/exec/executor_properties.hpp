@@ -16,7 +16,7 @@
 namespace patchrt::test {
 
 template <executor E> void check_every_index_is_visited_once(E const& exec) {
-  for (std::size_t const n : {0, 1, 2, 7, 1000, 100003}) {
+  for (std::size_t const n : {0u, 1u, 2u, 7u, 1000u, 100003u}) {
     CAPTURE(n);
     auto const visits = std::make_unique<std::atomic<int>[]>(n + 1);
     exec.for_each(n, [&](std::size_t i) { ++visits[i < n ? i : n]; });
@@ -28,8 +28,8 @@ template <executor E> void check_every_index_is_visited_once(E const& exec) {
 }
 
 template <executor E> void check_chunks_make_up_the_list(E const& exec) {
-  for (std::size_t const n : {0, 1, 2, 63, 64, 65, 1000})
-    for (std::size_t const grain : {1, 3, 64, 1000, 1 << 30}) {
+  for (std::size_t const n : {0u, 1u, 2u, 63u, 64u, 65u, 1000u})
+    for (std::size_t const grain : {1u, 3u, 64u, 1000u, 1u << 30u}) {
       CAPTURE(n, grain);
       auto const visits = std::make_unique<std::atomic<int>[]>(n + 1);
       std::atomic<int> wrong = 0;
