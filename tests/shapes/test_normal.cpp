@@ -188,6 +188,21 @@ TEMPLATE_TEST_CASE("the teapot's poles point along its axis", "", float, double)
   CHECK(poles == 8);
 }
 
+TEMPLATE_TEST_CASE("tangents that are nearly, but not quite, parallel give their own normal and no limit", "", float,
+                   double) {
+  using T = TestType;
+  std::mt19937 g(45);
+  T const eps = std::numeric_limits<T>::epsilon(), sine = 1000 * eps;
+  for (int n = 0; n < 100; ++n) {
+    auto p = random_patch<T>(g);
+    p(0, 0) = {0, 0, 0};
+    p(0, 1) = p(1, 0) + sine * p(2, 2);
+    auto const exact = direction_of(cross(exactly(p(1, 0)), exactly(p(0, 1))));
+    REQUIRE(exact);
+    REQUIRE(angle(normal(p, T(0), T(0)), *exact) <= 16 * eps);
+  }
+}
+
 TEMPLATE_TEST_CASE("the limit normal is the exact limit along the diagonal, however degenerate the corner", "", float,
                    double) {
   using T = TestType;
