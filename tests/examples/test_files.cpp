@@ -98,7 +98,7 @@ TEST_CASE("an output file that cannot be written is refused before any work, a f
                       test::contains_text("cannot be written: No such file or directory"));
   REQUIRE_THROWS_WITH(output_file(folder / ""), test::contains_text("cannot be written: Is a directory"));
   if (!std::filesystem::exists("/dev/full")) PATCHRT_SKIP("no /dev/full here");
-  output_file full("/dev/full");
-  REQUIRE_THROWS_WITH(full.write("bytes"),
-                      test::contains_text("/dev/full: cannot be written: No space left on device"));
+  std::filesystem::create_symlink("/dev/full", folder / "full");  // broken code may remove the link, not the device
+  output_file full(folder / "full");
+  REQUIRE_THROWS_WITH(full.write("bytes"), test::contains_text("full: cannot be written: No space left on device"));
 }
