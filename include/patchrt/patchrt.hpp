@@ -5,7 +5,9 @@
 /// All of patchrt that needs no optional package.
 
 #include <patchrt/accel/bvh.hpp>
+#include <patchrt/accel/hierarchy_search.hpp>
 #include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/accel/patch_search.hpp>
 #include <patchrt/accel/refit.hpp>
 #include <patchrt/accel/sah_split.hpp>
 #include <patchrt/accel/subpatch_tree.hpp>
