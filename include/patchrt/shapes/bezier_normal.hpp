@@ -172,7 +172,7 @@ PATCHRT_HD vec3<T> limit_normal(bezier_patch<P, M, N> const& patch, T u, T v) {
 /// curve gives a unit vector across its tangent, one collapsed to a point gives z.
 /// \return Within g(3 (M + N)) (a/|Qu| + b/|Qv|) / sin(Qu, Qv) + 4 eps of the exact normal, with g as in `evaluate` and a, b
 ///         the same sums as Qu, Qv over the lengths of the differences of control points: a/|Qu| = b/|Qv| = 1 up to curvature.
-/// \note Farin, Curves and Surfaces for CAGD, 5th ed., section 16.3 "Degenerate patches" tells when the normal exists; the
+/// \note Farin, Curves and Surfaces for CAGD, 5th ed., chapter 14 (p. 262, degenerate patches) tells when the normal exists; the
 ///       coefficients of Qu x Qv along a line give it in every one of those cases, and a value where it does not exist.
 template <scalar P, int M, int N, scalar T>
 PATCHRT_INLINE vec3<T> normal(bezier_patch<P, M, N> const& patch, T u, T v) {
