@@ -64,10 +64,9 @@ template <accuracy A, scalar T> class hierarchy_search {
   /// Everything in search space, and what the search needs of it.
   PATCHRT_INLINE void prepare(ray<S> const& r) {
     auto& s = state_;
-    S const scale(static_cast<L>(s.hierarchy.inverse_scale));
     S const length = sqrt(dot(r.direction, r.direction));
-    s.to_search = length * scale;
-    s.search_direction = r.direction * (S(1) / length);
+    s.to_search = length * S(static_cast<L>(s.hierarchy.inverse_scale));
+    s.search_direction = scale(r.direction, S(1) / length);
     // Rays from afar start where they enter the ball of radius 2 around the scene, before anything is rounded to float.
     s.shift = max(-dot(s.search_origin, s.search_direction) - S(L(2)), S(0));
     s.search_origin = fma(s.shift, s.search_direction, s.search_origin);

@@ -7,6 +7,7 @@
 #include <patchrt/accel/mixed_hierarchy.hpp>
 #include <patchrt/intersect/ray_box.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -63,7 +64,7 @@ template <accuracy A, scalar T> struct search_state {
     hit.u = hit.v = hit.residual = S(0);
     hit.patch_bits = T(0);
     hit.valid = r.t_min < r.t_min;
-    search_origin = (r.origin - convert_vec<S>(vec3<L>(h.centre))) * S(static_cast<L>(h.inverse_scale));
+    search_origin = scale(difference(r.origin, convert_vec<S>(vec3<L>(h.centre))), S(static_cast<L>(h.inverse_scale)));
   }
 
   PATCHRT_INLINE static unsigned lanes_on(mask_t<T> m) { return static_cast<unsigned>(std::popcount(mask_bits(m))); }
@@ -85,7 +86,7 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_OUTLINE void run() {
     // From here on rays start at their entry: what is rounded to float is of the patch's size, wherever the patch is.
     vec3<S> const base = convert_vec<S>(vec3<L>(exact_.search_base));
-    origin_ = convert_vec<T>(fma(start_, state_.search_direction, state_.search_origin - base));
+    origin_ = convert_vec<T>(fma(start_, state_.search_direction, difference(state_.search_origin, base)));
     nearest_ = convert<T>(state_.nearest - start_);
     T const soonest = state_.search_t_min - entry_;
     waiting_.lanes = lanes_ && !lanes_;
@@ -221,7 +222,7 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_INLINE void finish(T x, T y, TM inside) {
     patch_root<S> root;
     if constexpr (A == accuracy::fast) {
-      S const along = start_ + dot(position(search_.power, x, y) - origin_, state_.direction);
+      S const along = start_ + dot(difference(position(search_.power, x, y), origin_), state_.direction);
       root.t = (along + state_.shift) / state_.to_search;
       root.u = min(max(fma(x, T(0.5f), T(0.5f)), T(0)), T(1));
       root.v = min(max(fma(y, T(0.5f), T(0.5f)), T(0)), T(1));
@@ -230,10 +231,13 @@ template <accuracy A, scalar T> class patch_search {
       root.valid = abs(x) <= edge && abs(y) <= edge;
       keep(root, along, inside && root.valid);
     } else {
-      S const u = fma(convert<S>(x), S(0.5), S(0.5));
-      S const v = fma(convert<S>(y), S(0.5), S(0.5));
-      root = correct<S>(exact_.patch, exact_.size, state_.user.origin - convert_vec<S>(exact_.base),
-                        state_.user.direction, u, v, convert<SM>(inside));
+      root.t = root.residual = S(0);
+      root.u = fma(convert<S>(x), S(0.5), S(0.5));
+      root.v = fma(convert<S>(y), S(0.5), S(0.5));
+      root.valid = convert<SM>(inside);
+      for_each_part(root, [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
+        correct(exact_.patch, exact_.size, origin, direction, r);
+      });
       keep(root, fma(root.t, state_.to_search, -state_.shift), root.valid);
     }
   }
@@ -241,12 +245,37 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_INLINE void solve_as_reference() {
     auto const& w = waiting_;
     int steps = 0;
-    S const u = fma(convert<S>(w.x), S(0.5), S(0.5));
-    S const v = fma(convert<S>(w.y), S(0.5), S(0.5));
-    patch_root<S> const root = solve_on_planes<S>(exact_.patch, exact_.size, state_.user.origin - convert_vec<S>(exact_.base),
-                                                  state_.user.direction, u, v, convert<SM>(w.lanes), steps);
+    patch_root<S> root;
+    root.t = root.residual = S(0);
+    root.u = fma(convert<S>(w.x), S(0.5), S(0.5));
+    root.v = fma(convert<S>(w.y), S(0.5), S(0.5));
+    root.valid = convert<SM>(w.lanes);
+    for_each_part(root, [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
+      steps = std::max(steps, solve_on_planes(exact_.patch, exact_.size, origin, direction, r));
+    });
     if (state_.counts) state_.counts->newton_steps += unsigned(steps) * state_.lanes_on(w.lanes);
     keep(root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+  }
+
+  /// f(root, origin, direction) for every part of `root` with a valid lane: the user's rays, relative to the patch's base.
+  template <class F> PATCHRT_INLINE void for_each_part(patch_root<S>& root, F&& f) {
+    using P = scalar_parts<S>;
+    using M = scalar_parts<SM>;
+    ray<S> const& user = state_.user;
+    for (int i = 0; i < P::count; ++i) {
+      if (!any_of(M::get(root.valid, i))) continue;
+      patch_root<part_t<S>> r{P::get(root.t, i), P::get(root.u, i), P::get(root.v, i), P::get(root.residual, i),
+                              M::get(root.valid, i)};
+      vec3<part_t<S>> const origin{P::get(user.origin.x, i), P::get(user.origin.y, i), P::get(user.origin.z, i)};
+      vec3<part_t<S>> const direction{P::get(user.direction.x, i), P::get(user.direction.y, i),
+                                      P::get(user.direction.z, i)};
+      f(r, difference(origin, convert_vec<part_t<S>>(exact_.base)), direction);
+      P::set(root.t, i, r.t);
+      P::set(root.u, i, r.u);
+      P::set(root.v, i, r.v);
+      P::set(root.residual, i, r.residual);
+      M::set(root.valid, i, r.valid);
+    }
   }
 
   /// Keeps roots that are nearer than what is known; `along` is their distance in search space.

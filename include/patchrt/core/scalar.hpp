@@ -46,6 +46,16 @@ PATCHRT_INLINE constexpr unsigned mask_bits(bool m) { return m ? 1u : 0u; }
 /// The lanes of x to an array.
 template <std::floating_point T> PATCHRT_INLINE void store_lanes(T x, T* lanes) { *lanes = x; }
 
+/// A number with many lanes in parts that each fill a register: steps with many variables take one part at a time. What has
+/// one lane is its own part.
+template <class T> struct scalar_parts {
+  using part = T;
+  static constexpr int count = 1;
+  PATCHRT_INLINE static T const& get(T const& x, int) { return x; }
+  PATCHRT_INLINE static void set(T& x, int, T const& part) { x = part; }
+};
+template <class T> using part_t = typename scalar_parts<T>::part;
+
 /// The conversion behind `convert`; specialised by number types with lanes.
 template <class To, class From> struct scalar_convert {
   PATCHRT_INLINE static To apply(From a) { return static_cast<To>(a); }

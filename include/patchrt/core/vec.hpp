@@ -20,6 +20,15 @@ namespace patchrt {
 
 template <class T> using vec3 = glm::vec<3, T, glm::defaultp>;
 
+/// s v, a + b and a - b, inlined whatever T is: compilers leave glm's operators out of line where T is a pack.
+template <class T> PATCHRT_INLINE vec3<T> scale(vec3<T> const& v, T s) { return {v.x * s, v.y * s, v.z * s}; }
+template <class T> PATCHRT_INLINE vec3<T> sum(vec3<T> const& a, vec3<T> const& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class T> PATCHRT_INLINE vec3<T> difference(vec3<T> const& a, vec3<T> const& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
 /// a . b with three roundings.
 template <scalar T> PATCHRT_INLINE T dot(vec3<T> const& a, vec3<T> const& b) {
   return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));

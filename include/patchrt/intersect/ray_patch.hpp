@@ -36,24 +36,28 @@ PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<T> c
   return p;
 }
 
+namespace detail {
+/// sum a[4k + l] x^k y^l and its derivatives.
+template <scalar T> PATCHRT_INLINE void horner(T const (&a)[16], T x, T y, T& value, T& by_x, T& by_y) {
+  for (int k = 3; k >= 0; --k) {
+    T const* const row = a + 4 * k;
+    T r = fma(row[3], y, row[2]);
+    T d = fma(row[3], y, r);
+    r = fma(r, y, row[1]);
+    d = fma(d, y, r);
+    r = fma(r, y, row[0]);
+    by_x = k == 3 ? T(0) : k == 2 ? value : fma(by_x, x, value);
+    value = k == 3 ? r : fma(value, x, r);
+    by_y = k == 3 ? d : fma(by_y, x, d);
+  }
+}
+}  // namespace detail
+
 /// Both plane functions and their derivatives by x and y at (x, y), by Horner's rule: 56 fused operations.
 template <scalar T> PATCHRT_INLINE bivariate<T> evaluate(projected_patch<T> const& p, T x, T y) {
-  auto const surface = [x, y](T const* a, T& value, T& by_x, T& by_y) {
-    for (int k = 3; k >= 0; --k) {
-      T const* const row = a + 4 * k;
-      T r = fma(row[3], y, row[2]);
-      T d = fma(row[3], y, r);
-      r = fma(r, y, row[1]);
-      d = fma(d, y, r);
-      r = fma(r, y, row[0]);
-      by_x = k == 3 ? T(0) : k == 2 ? value : fma(by_x, x, value);
-      value = k == 3 ? r : fma(value, x, r);
-      by_y = k == 3 ? d : fma(by_y, x, d);
-    }
-  };
   bivariate<T> b;
-  surface(p.f, b.f, b.fx, b.fy);
-  surface(p.g, b.g, b.gx, b.gy);
+  detail::horner(p.f, x, y, b.f, b.fx, b.fy);
+  detail::horner(p.g, x, y, b.g, b.gx, b.gy);
   return b;
 }
 
@@ -106,6 +110,46 @@ template <scalar T> struct cell_verdict {
   mask_t<T> bends_in_x;   ///< the Jacobian changes more along x than along y
 };
 
+namespace detail {
+/// The expansion of a plane function about a cell's middle, in units of the cell: what it is there, its slopes, and bounds on
+/// what it leaves of its linear part and on what its slopes together change along p and along q.
+template <scalar T> struct cell_expansion {
+  T value, by_x, by_y, remainder, x_change, y_change;
+};
+
+/// c[0] + c[stride] x + ... about `at`, in powers of (x - at) / h.
+template <scalar T> PATCHRT_INLINE void shift_cubic(T const* c, int stride, T at, T h, T* out) {
+  T const c3 = c[3 * stride];
+  T t = fma(c3, at, c[2 * stride]);
+  T u = fma(t, at, c[stride]);
+  out[0] = fma(u, at, c[0]);
+  t = fma(c3, at, t);
+  u = fma(t, at, u);
+  t = fma(c3, at, t);
+  T const h2 = h * h;
+  out[stride] = u * h;
+  out[2 * stride] = t * h2;
+  out[3 * stride] = c3 * (h2 * h);
+}
+
+template <scalar T>
+PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& x, T const& y, T const& half_x, T const& half_y,
+                                 cell_expansion<T>& e) {
+  T rows[16], b[16];
+  for (int k = 0; k < 4; ++k) shift_cubic(a + 4 * k, 1, y, half_y, rows + 4 * k);
+  for (int l = 0; l < 4; ++l) shift_cubic(rows + l, 4, x, half_x, b + l);
+  e = {b[0], b[4], b[1], T(0), T(0), T(0)};
+  for (int k = 0; k < 4; ++k)
+    for (int l = 0; l < 4; ++l) {
+      if (k + l < 2) continue;
+      T const m = abs(b[4 * k + l]);
+      e.remainder = e.remainder + m;
+      if (k > 0) e.x_change = fma(T(lane_t<T>(k)), m, e.x_change);
+      if (l > 0) e.y_change = fma(T(lane_t<T>(l)), m, e.y_change);
+    }
+}
+}  // namespace detail
+
 /// Excludes a cell, or shows that it has one root at most, from the two plane functions' own expansion about its middle.
 ///
 /// With F = sum b_kl p^k q^l, |p|, |q| <= 1 over the cell, what F leaves of its linear part is at most the sum of the other
@@ -116,39 +160,9 @@ template <scalar T> struct cell_verdict {
 /// \note Gale & Nikaido, "The Jacobian matrix and global univalence of mappings", Math. Ann. 159, 1965, theorem 4.
 template <scalar T>
 PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T y, T half_x, T half_y) {
-  struct expansion {
-    T value, by_x, by_y, remainder, x_change, y_change;
-  };
-  auto const shift = [](T const* c, int stride, T at, T h, T* out, int out_stride) {
-    T const c3 = c[3 * stride];
-    T t = fma(c3, at, c[2 * stride]);
-    T u = fma(t, at, c[stride]);
-    T const value = fma(u, at, c[0]);
-    t = fma(c3, at, t);
-    u = fma(t, at, u);
-    t = fma(c3, at, t);
-    T const h2 = h * h;
-    out[0] = value;
-    out[out_stride] = u * h;
-    out[2 * out_stride] = t * h2;
-    out[3 * out_stride] = c3 * (h2 * h);
-  };
-  auto const expand = [&](T const* a) {
-    T rows[16], b[16];
-    for (int k = 0; k < 4; ++k) shift(a + 4 * k, 1, y, half_y, rows + 4 * k, 1);
-    for (int l = 0; l < 4; ++l) shift(rows + l, 4, x, half_x, b + l, 4);
-    expansion e{b[0], b[4], b[1], T(0), T(0), T(0)};
-    for (int k = 0; k < 4; ++k)
-      for (int l = 0; l < 4; ++l) {
-        if (k + l < 2) continue;
-        T const m = abs(b[4 * k + l]);
-        e.remainder = e.remainder + m;
-        e.x_change = fma(T(lane_t<T>(k)), m, e.x_change);
-        e.y_change = fma(T(lane_t<T>(l)), m, e.y_change);
-      }
-    return e;
-  };
-  expansion const f = expand(p.f), g = expand(p.g);
+  detail::cell_expansion<T> f, g;
+  detail::expand_cell(p.f, x, y, half_x, half_y, f);
+  detail::expand_cell(p.g, x, y, half_x, half_y, g);
   scaled_step<T> const s = newton_step(bivariate<T>{f.value, f.by_x, f.by_y, g.value, g.by_x, g.by_y});
   T const det = abs(s.det);
   T const fx = abs(f.by_x), fy = abs(f.by_y), gx = abs(g.by_x), gy = abs(g.by_y);
@@ -223,81 +237,82 @@ template <scalar T> struct patch_root {
   mask_t<T> valid;
 };
 
-/// Corrects (u, v) on the control points themselves, in S's precision: Newton steps in (u, v, t) until one is short, then one
-/// more with the last Jacobian.
+/// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one with the same
+/// Jacobian, again until both together have converged.
 ///
-/// Solves S(u, v) = origin + t direction by Cramer's rule. A step s leaves an error of K s^2 and the last one K^2 s^3, with K the
-/// surface's second derivatives over its first and over the cosine between ray and normal; steps below 2^-20 are short, so
-/// that roots away from grazing end at the rounding of S: about 4 ulp of (patch size + |origin|) over that cosine. The root
-/// counts where (u, v) is in [0,1]^2 up to what the residual's own rounding moves it by (`size` = the largest |coordinate| of the
-/// control points); then it is clamped. Lanes outside `active` are not valid.
-/// \pre `origin` is relative to the same point as the control points.
+/// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at which steps
+/// with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53 nothing is, and
+/// roots away from grazing end at the rounding of S, about 4 ulp of (patch size + |origin|) over the cosine between ray and
+/// normal. A root counts where (u, v) is in [0,1]^2 up to what the residual's own rounding moves it by (`size` = the largest
+/// |coordinate| of the control points); then it is clamped.
+/// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, scalar P>
-PATCHRT_INLINE patch_root<S> correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
-                                     vec3<S> const& direction, S u, S v, mask_t<S> active) {
+PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin, vec3<S> const& direction,
+                             patch_root<S>& root) {
   using L = lane_t<S>;
-  vec3<S> pu, pv, across_u, across_v;
-  S inverse;
-  auto moving = active;
-  constexpr int most_steps = 6;
-  for (int step = 0; step < most_steps && any_of(moving); ++step) {
+  S u = root.u, v = root.v;
+  auto moving = root.valid;
+  for (int pass = 0; pass < 4 && any_of(moving); ++pass) {
     surface_point<S> const p = evaluate(patch, u, v);
-    pu = select(moving, p.du, pu);
-    pv = select(moving, p.dv, pv);
-    across_v = cross(pv, direction);
-    across_u = cross(direction, pu);
-    inverse = S(1) / dot(pu, across_v);
-    vec3<S> const r = origin - p.position;
+    vec3<S> const across_v = cross(p.dv, direction);
+    vec3<S> const across_u = cross(direction, p.du);
+    S const inverse = S(1) / dot(p.du, across_v);
+    vec3<S> r = difference(origin, p.position);
+    S const first_u = dot(r, across_v) * inverse;
+    S const first_v = dot(r, across_u) * inverse;
+    S nu = u + first_u;
+    S nv = v + first_v;
+    r = difference(origin, position(patch, nu, nv));
     S const du = dot(r, across_v) * inverse;
     S const dv = dot(r, across_u) * inverse;
-    u = select(moving, u + du, u);
-    v = select(moving, v + dv, v);
-    moving = moving && S(L(0x1p-20)) < max(abs(du), abs(dv));
+    nu = nu + du;
+    nv = nv + dv;
+    u = select(moving, nu, u);
+    v = select(moving, nv, v);
+    vec3<S> const step = fma(du, p.du, scale(p.dv, dv));
+    vec3<S> const chord = difference(step, r);  // from the origin to the corrected point
+    root.t = select(moving, dot(chord, direction), root.t);
+    S const moved = max(abs(du), abs(dv));
+    S const first = max(abs(first_u), abs(first_v));
+    root.residual = select(moving, abs(step.x) + abs(step.y) + abs(step.z), root.residual);
+    S const rounding = S(L(16) * std::numeric_limits<L>::epsilon()) *
+                       (abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size)) * abs(inverse);
+    S const most(L(1e-6));
+    S const slack_u = min(rounding * (abs(across_v.x) + abs(across_v.y) + abs(across_v.z)), most);
+    S const slack_v = min(rounding * (abs(across_u.x) + abs(across_u.y) + abs(across_u.z)), most);
+    auto const inside = -slack_u <= u && u <= S(1) + slack_u && -slack_v <= v && v <= S(1) + slack_v;
+    root.valid = (moving && inside) || (!moving && root.valid);
+    moving = moving && first * S(L(0x1p-53)) < moved * moved && S(L(0x1p-50)) < moved;
   }
-  vec3<S> const r = origin - evaluate(patch, u, v).position;
-  S const du = dot(r, across_v) * inverse;
-  S const dv = dot(r, across_u) * inverse;
-  u = u + du;
-  v = v + dv;
-  vec3<S> const step = fma(du, pu, pv * dv);
-  vec3<S> const chord = step - r;  // from the origin to the corrected point
-  patch_root<S> root;
-  root.t = dot(chord, direction) / dot(direction, direction);
-  root.residual = abs(step.x) + abs(step.y) + abs(step.z);
-  S const rounding = S(L(16) * std::numeric_limits<L>::epsilon()) *
-                     (abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size));
-  S const most(L(1e-6));
-  S const slack_u = min(abs(inverse) * rounding * (abs(across_v.x) + abs(across_v.y) + abs(across_v.z)), most);
-  S const slack_v = min(abs(inverse) * rounding * (abs(across_u.x) + abs(across_u.y) + abs(across_u.z)), most);
-  root.valid = active && -slack_u <= u && u <= S(1) + slack_u && -slack_v <= v && v <= S(1) + slack_v;
+  root.t = root.t / dot(direction, direction);
   root.u = min(max(u, S(0)), S(1));
   root.v = min(max(v, S(0)), S(1));
-  return root;
 }
 
-/// The paper's solver: Newton's iteration in (u, v) on the ray's two planes, from (u, v), on the control points.
+/// The paper's solver: Newton's iteration in (u, v) on the ray's two planes, from `root`'s (u, v), on the control points.
+/// Gives the number of steps.
 ///
 /// Stops where |R| < eps, on divergence, and after 16 steps; a lane that was stopped by divergence counts where its residual is
 /// at the rounding floor all the same. eps is 1e-15 of (patch size + |origin|), and |R| is measured in units of length.
 /// \note Nigam & Narayanan 2012, section 3.1, eqs. 2-4. Their eps is an absolute 1e-15, less than an ulp of coordinates above 4.
 template <scalar S, scalar P>
-PATCHRT_INLINE patch_root<S> solve_on_planes(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
-                                             vec3<S> const& direction, S u, S v, mask_t<S> active, int& steps) {
+PATCHRT_OUTLINE int solve_on_planes(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
+                                    vec3<S> const& direction, patch_root<S>& root) {
   using L = lane_t<S>;
+  S u = root.u, v = root.v;
   vec3<S> n1, n2;
   S const length = sqrt(dot(direction, direction));
-  vec3<S> const unit = direction * (S(1) / length);
+  vec3<S> const unit = scale(direction, S(1) / length);
   plane_normals(unit, n1, n2);
-  S const scale = abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size);
-  S const eps = S(L(1e-15)) * scale;
+  S const eps = S(L(1e-15)) * (abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size));
   S before(std::numeric_limits<L>::infinity());
-  auto moving = active;
-  auto converged = active && !active;
+  auto moving = root.valid;
+  auto converged = moving && !moving;
   vec3<S> chord(S(0), S(0), S(0));
-  steps = 0;
+  int steps = 0;
   for (; steps < 16 && any_of(moving); ++steps) {
     surface_point<S> const p = evaluate(patch, u, v);
-    vec3<S> const r = p.position - origin;
+    vec3<S> const r = difference(p.position, origin);
     bivariate<S> const b{dot(n1, r), dot(n1, p.du), dot(n1, p.dv), dot(n2, r), dot(n2, p.du), dot(n2, p.dv)};
     S const residual = abs(b.f) + abs(b.g);
     chord = select(moving, r, chord);
@@ -309,13 +324,12 @@ PATCHRT_INLINE patch_root<S> solve_on_planes(bicubic_patch<P> const& patch, lane
     v = select(moving, v + s.dy / s.det, v);
     before = residual;
   }
-  patch_root<S> root;
   root.t = dot(chord, direction) / dot(direction, direction);
   root.u = u;
   root.v = v;
   root.residual = before;
   root.valid = converged && S(0) <= u && u <= S(1) && S(0) <= v && v <= S(1);
-  return root;
+  return steps;
 }
 
 }  // namespace patchrt

@@ -234,6 +234,27 @@ template <class T, int N> struct scalar_traits<pack<T, N>> {
   static constexpr int lanes = N;
 };
 
+template <class T, int N> struct scalar_parts<pack<T, N>> {
+  using part = pack<T, pack<T, N>::width>;
+  static constexpr int count = pack<T, N>::parts;
+  PATCHRT_INLINE static part get(pack<T, N> const& x, int i) {
+    part p;
+    p.part[0] = x.part[i];
+    return p;
+  }
+  PATCHRT_INLINE static void set(pack<T, N>& x, int i, part const& p) { x.part[i] = p.part[0]; }
+};
+template <class T, int N> struct scalar_parts<pack_mask<T, N>> {
+  using part = pack_mask<T, pack_mask<T, N>::width>;
+  static constexpr int count = pack_mask<T, N>::parts;
+  PATCHRT_INLINE static part get(pack_mask<T, N> const& x, int i) {
+    part p;
+    p.part[0] = x.part[i];
+    return p;
+  }
+  PATCHRT_INLINE static void set(pack_mask<T, N>& x, int i, part const& p) { x.part[i] = p.part[0]; }
+};
+
 /// Lanes to lanes of the other precision.
 template <class To, class From, int N>
   requires(!std::is_same_v<To, From>)

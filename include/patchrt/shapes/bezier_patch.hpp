@@ -79,14 +79,14 @@ template <int N, scalar T> PATCHRT_INLINE bernstein<T, N> bernstein_weights(T t)
 
 /// sum_k w_k p_k of a row of control points.
 template <int N, scalar T, scalar P> PATCHRT_INLINE vec3<T> blend(T const (&w)[N + 1], vec3<P> const* p) {
-  vec3<T> s = w[0] * convert_vec<T>(p[0]);
+  vec3<T> s = scale(convert_vec<T>(p[0]), w[0]);
   for (int k = 1; k <= N; ++k) s = fma(w[k], convert_vec<T>(p[k]), s);
   return s;
 }
 
 /// acc + w p; w p for the first of a sum.
 template <scalar T> PATCHRT_INLINE void accumulate(vec3<T>& acc, bool first, T w, vec3<T> const& p) {
-  acc = first ? w * p : fma(w, p, acc);
+  acc = first ? scale(p, w) : fma(w, p, acc);
 }
 
 }  // namespace detail
@@ -114,6 +114,16 @@ PATCHRT_INLINE surface_point<T> evaluate(bezier_patch<P, M, N> const& patch, T u
     detail::accumulate(s.dv, i == 0, wu.value[i], dv);
   }
   return s;
+}
+
+/// Q alone at (u, v): the same bits as `evaluate` gives, for 20 products a coordinate of a bicubic.
+template <scalar P, int M, int N, scalar T> PATCHRT_INLINE vec3<T> position(bezier_patch<P, M, N> const& patch, T u, T v) {
+  auto const wu = detail::bernstein_weights<M>(u);
+  auto const wv = detail::bernstein_weights<N>(v);
+  vec3<T> q;
+  for (int i = 0; i <= M; ++i)
+    detail::accumulate(q, i == 0, wu.value[i], detail::blend<N>(wv.value, patch.control_points + i * (N + 1)));
+  return q;
 }
 
 /// Q and all derivatives up to the second at (u, v).

@@ -52,6 +52,7 @@ void fused_pack(mixed_hierarchy_view const& h, ray<double> const* rays, patch_hi
                             {convert<S>(r[3]), convert<S>(r[4]), convert<S>(r[5])},
                             convert<S>(r[6]),
                             convert<S>(r[7])};
+  for (int i = 0; i < N; ++i) __builtin_prefetch(rays + 2 * N + i);
   for (int i = 0; i < N; ++i) hits[i] = {};
   patchrt::detail::hierarchy_search<A, T> search(h, pack_of_rays, mask_t<T>::from_bits(active));
   auto const& hit = search.template run<AnyHit>(counts);
