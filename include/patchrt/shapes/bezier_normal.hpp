@@ -16,8 +16,8 @@ template <scalar T> struct tangents {
   vec3<T> dv;
 };
 
-/// The tangents by sums over differences of neighbouring control points: exactly zero where those are equal and relatively
-/// exact beside such places, where `evaluate` has but absolute accuracy.
+/// The tangents by sums over differences of neighbouring control points: exactly zero where those are equal and
+/// relatively exact beside such places, where `evaluate` has but absolute accuracy.
 template <scalar P, int M, int N, scalar T>
 PATCHRT_INLINE tangents<T> tangents_by_differences(bezier_patch<P, M, N> const& patch, T u, T v) {
   auto const wu = bernstein_weights<M>(u);
@@ -56,8 +56,8 @@ PATCHRT_INLINE constexpr int binomial(int n, int k) {
   return b;
 }
 
-/// The patch seen from one of its points: Q(u, v) over x, y in [0, 1] with that point at x = y = 0 and both x and y growing
-/// towards the farther sides of the patch, moved to the origin and scaled to size 1.
+/// The patch seen from one of its points: Q(u, v) over x, y in [0, 1] with that point at x = y = 0 and both x and y
+/// growing towards the farther sides of the patch, moved to the origin and scaled to size 1.
 template <scalar T, int M, int N> struct corner_view {
   bezier_patch<T, M, N> net;
   mask_t<T> mirrored;
@@ -93,7 +93,8 @@ PATCHRT_HD corner_view<T, M, N> view_from(bezier_patch<P, M, N> const& patch, T 
 }
 
 /// The unit vector that Qu x Qv / |Qu x Qv| tends to on the way along x = y of `view_from`: the direction of the first
-/// coefficient of (Qu x Qv)(s, s) that stands out of its rounding errors; else a unit vector across the tangent; else z.
+/// coefficient of (Qu x Qv)(s, s) that stands out of its rounding errors; else a unit vector across the tangent; else
+/// z.
 template <scalar P, int M, int N, scalar T>
 PATCHRT_HD vec3<T> limit_normal(bezier_patch<P, M, N> const& patch, T u, T v) {
   using L = lane_t<T>;
@@ -112,8 +113,9 @@ PATCHRT_HD vec3<T> limit_normal(bezier_patch<P, M, N> const& patch, T u, T v) {
       for (int i = 0; i <= M; ++i) d(i, j) = d(i, j) - d(i, j - 1);
     }
   }
-  // Q(x, y) = sum_kl a_kl x^k y^l, so Qx(s, s) = sum_m s^m sum_{k + l = m + 1} k a_kl, and Qy with l for k. A difference of
-  // order k + l adds 2^(k + l) coordinates up to 1, each with up to M + N + 3 roundings of its own, in k + l steps.
+  // Q(x, y) = sum_kl a_kl x^k y^l, so Qx(s, s) = sum_m s^m sum_{k + l = m + 1} k a_kl, and Qy with l for k. A
+  // difference of order k + l adds 2^(k + l) coordinates up to 1, each with up to M + N + 3 roundings of its own, in k
+  // + l steps.
   vec3<T> du[orders], dv[orders];
   L du_error[orders], dv_error[orders];
   for (int m = 0; m < orders; ++m) {
@@ -164,16 +166,18 @@ PATCHRT_HD vec3<T> limit_normal(bezier_patch<P, M, N> const& patch, T u, T v) {
 
 }  // namespace detail
 
-/// The unit normal Qu x Qv / |Qu x Qv| at (u, v): exact up to rounding, and never NaN where the control points are finite.
+/// The unit normal Qu x Qv / |Qu x Qv| at (u, v): exact up to rounding, and never NaN where the control points are
+/// finite.
 ///
-/// Where Qu x Qv vanishes (its sine against Qu and Qv is below 64 eps: collapsed edges, doubled control points at corners,
-/// collinear tangents) it is the limit of the unit normal on the way from (u, v) into the patch along the diagonal of the
-/// parameters, towards the farther sides; at a collapsed edge that is Quv x Qv, whatever the way. A patch collapsed to a
-/// curve gives a unit vector across its tangent, one collapsed to a point gives z.
+/// Where Qu x Qv vanishes (its sine against Qu and Qv is below 64 eps: collapsed edges, doubled control points at
+/// corners, collinear tangents) it is the limit of the unit normal on the way from (u, v) into the patch along the
+/// diagonal of the parameters, towards the farther sides; at a collapsed edge that is Quv x Qv, whatever the way. A
+/// patch collapsed to a curve gives a unit vector across its tangent, one collapsed to a point gives z.
 /// \return Within g(3 (M + N)) (a/|Qu| + b/|Qv|) / sin(Qu, Qv) + 4 eps of the exact normal, with g as in `evaluate` and a, b
-///         the same sums as Qu, Qv over the lengths of the differences of control points: a/|Qu| = b/|Qv| = 1 up to curvature.
-/// \note Farin, Curves and Surfaces for CAGD, 5th ed., chapter 14 (p. 262, degenerate patches) tells when the normal exists; the
-///       coefficients of Qu x Qv along a line give it in every one of those cases, and a value where it does not exist.
+///         the same sums as Qu, Qv over the lengths of the differences of control points: a/|Qu| = b/|Qv| = 1 up to
+///         curvature.
+/// \note Farin, Curves and Surfaces for CAGD, 5th ed., chapter 14 (p. 262, degenerate patches) tells when the normal
+///       exists; the coefficients of Qu x Qv along a line give it in every one of those cases, and a value elsewhere.
 template <scalar P, int M, int N, scalar T>
 PATCHRT_INLINE vec3<T> normal(bezier_patch<P, M, N> const& patch, T u, T v) {
   auto const [du, dv] = detail::tangents_by_differences(patch, u, v);
