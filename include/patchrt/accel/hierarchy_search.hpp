@@ -41,13 +41,13 @@ template <accuracy A, scalar T> class hierarchy_search {
     TM lanes;
     traverse(
         state_.hierarchy.top, octant,
-        [&](box<float> const& b) {
+        [&](box<float> const& b) PATCHRT_INLINE_LAMBDA {
           auto const span = intersect(state_.slabs, b, state_.search_t_min, nearest);
           entry = span.entry;
           lanes = state_.active && entry <= span.exit;
           return any_of(lanes);
         },
-        [&](std::int32_t patch) {
+        [&](std::int32_t patch) PATCHRT_INLINE_LAMBDA {
           patch_search<A, T>(state_, patch, lanes, entry, octant).run();
           nearest = convert<T>(state_.nearest);
           if constexpr (AnyHit) {

@@ -105,7 +105,7 @@ template <accuracy A, scalar T> class patch_search {
     bool is_projected = false;
     traverse(
         tree, state_.hierarchy.nodes, octant_,
-        [&](subpatch_node const& n) {
+        [&](subpatch_node const& n) PATCHRT_INLINE_LAMBDA {
           box<float> const b{{float(n.lo[0]), float(n.lo[1]), float(n.lo[2])},
                              {float(n.hi[0]), float(n.hi[1]), float(n.hi[2])}};
           auto const span = intersect(grid, b, soonest, nearest_);
@@ -113,7 +113,7 @@ template <accuracy A, scalar T> class patch_search {
           cell_lanes_ = lanes_ && cell_entry_ <= span.exit;
           return any_of(cell_lanes_);
         },
-        [&](std::uint32_t k, std::uint32_t index) {
+        [&](std::uint32_t k, std::uint32_t index) PATCHRT_INLINE_LAMBDA {
           if (!is_projected) projected_ = project(search_.power, origin_, state_.n1, state_.n2);
           is_projected = true;
           visit_leaf(k, state_.hierarchy.leaves[tree.first_leaf + index]);

@@ -11,7 +11,7 @@ namespace patchrt {
 /// called for every leaf entered and ends the walk by true.
 /// \return whether `leaf` ended it.
 template <class T, class Enter, class Leaf>
-PATCHRT_HD bool traverse(bvh_view<T> const& tree, unsigned octant, Enter&& enter, Leaf&& leaf) {
+PATCHRT_INLINE bool traverse(bvh_view<T> const& tree, unsigned octant, Enter&& enter, Leaf&& leaf) {
   PATCHRT_EXPECTS(octant < 8);
   std::uint32_t i = 0;
   while (i < tree.count) {

@@ -22,6 +22,13 @@
 #  define PATCHRT_INLINE inline
 #endif
 
+/// The same for a lambda: stands behind its parameters.
+#if defined(__GNUC__)
+#  define PATCHRT_INLINE_LAMBDA __attribute__((always_inline))
+#else
+#  define PATCHRT_INLINE_LAMBDA
+#endif
+
 /// Kept out of line on the host: a large step whose lanes would fill the registers of whatever it is inlined into. A device
 /// has no calls worth making, and inlines it.
 #if defined(__CUDACC__)
@@ -30,6 +37,14 @@
 #  define PATCHRT_OUTLINE __attribute__((noinline))
 #else
 #  define PATCHRT_OUTLINE
+#endif
+
+/// Unrolls the loop that follows, of a constant count: arrays of packs stay in memory where g++ unrolls them too late.
+/// nvcc unrolls by itself, and its host pass warns of either pragma.
+#if defined(__GNUC__) && !defined(__CUDACC__)
+#  define PATCHRT_UNROLL _Pragma("GCC unroll 16")
+#else
+#  define PATCHRT_UNROLL
 #endif
 
 /// States a precondition. Checked where NDEBUG is absent, on host and device alike; never evaluated otherwise.

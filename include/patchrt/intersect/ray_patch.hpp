@@ -26,6 +26,7 @@ template <scalar T, scalar P>
 PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<T> const& origin, vec3<T> const& n1,
                                           vec3<T> const& n2) {
   projected_patch<T> p;
+  PATCHRT_UNROLL
   for (int k = 0; k < 16; ++k) {
     vec3<T> const a = convert_vec<T>(patch.coefficients[k]);
     p.f[k] = dot(n1, a);
@@ -39,6 +40,7 @@ PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<T> c
 namespace detail {
 /// sum a[4k + l] x^k y^l and its derivatives.
 template <scalar T> PATCHRT_INLINE void horner(T const (&a)[16], T x, T y, T& value, T& by_x, T& by_y) {
+  PATCHRT_UNROLL
   for (int k = 3; k >= 0; --k) {
     T const* const row = a + 4 * k;
     T r = fma(row[3], y, row[2]);
@@ -136,10 +138,14 @@ template <scalar T>
 PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& x, T const& y, T const& half_x, T const& half_y,
                                  cell_expansion<T>& e) {
   T rows[16], b[16];
+  PATCHRT_UNROLL
   for (int k = 0; k < 4; ++k) shift_cubic(a + 4 * k, 1, y, half_y, rows + 4 * k);
+  PATCHRT_UNROLL
   for (int l = 0; l < 4; ++l) shift_cubic(rows + l, 4, x, half_x, b + l);
   e = {b[0], b[4], b[1], T(0), T(0), T(0)};
+  PATCHRT_UNROLL
   for (int k = 0; k < 4; ++k)
+    PATCHRT_UNROLL
     for (int l = 0; l < 4; ++l) {
       if (k + l < 2) continue;
       T const m = abs(b[4 * k + l]);

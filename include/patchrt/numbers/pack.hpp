@@ -34,6 +34,12 @@ PATCHRT_INLINE xsimd::batch<T, A> fused(xsimd::batch<T, A> a, xsimd::batch<T, A>
     else return _mm512_fmadd_pd(a, b, c);
   } else
 #endif
+#if defined(__FMA__)
+  if constexpr (sizeof(a) == 16) {  // a sized batch of 128 bits is of an architecture without fma
+    if constexpr (sizeof(T) == 4) return _mm_fmadd_ps(a, b, c);
+    else return _mm_fmadd_pd(a, b, c);
+  } else
+#endif
 #if defined(__FMA__) || defined(__aarch64__)
   {
     return xsimd::fma(a, b, c);
@@ -96,6 +102,7 @@ template <class T, int N> struct pack_mask {
 
   pack_mask() = default;
   PATCHRT_INLINE explicit pack_mask(bool b) {
+    PATCHRT_UNROLL
     for (auto& p : part) p = batch_bool(b);
   }
   /// Lane i is bit i of `bits`.
@@ -113,14 +120,17 @@ template <class T, int N> struct pack_mask {
   PATCHRT_INLINE bool operator[](int i) const { return (bits() >> i) & 1u; }
 
   PATCHRT_INLINE friend pack_mask operator!(pack_mask a) {
+    PATCHRT_UNROLL
     for (auto& p : a.part) p = ~p;
     return a;
   }
   PATCHRT_INLINE friend pack_mask operator&&(pack_mask a, pack_mask b) {
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) a.part[i] = a.part[i] & b.part[i];
     return a;
   }
   PATCHRT_INLINE friend pack_mask operator||(pack_mask a, pack_mask b) {
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) a.part[i] = a.part[i] | b.part[i];
     return a;
   }
@@ -146,15 +156,18 @@ template <class T, int N> struct pack {
 
   pack() = default;
   PATCHRT_INLINE pack(T s) {  // NOLINT(google-explicit-constructor): constants enter kernels as T(2)
+    PATCHRT_UNROLL
     for (auto& p : part) p = batch(s);
   }
 
   PATCHRT_INLINE static pack load(T const* p) {
     pack r;
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) r.part[i] = batch::load_unaligned(p + i * width);
     return r;
   }
   PATCHRT_INLINE void store(T* p) const {
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) part[i].store_unaligned(p + i * width);
   }
   /// Lane i, by way of memory: for tests and rare paths.
@@ -181,6 +194,7 @@ template <class T, int N> struct pack {
     return zip(a, b, [](batch x, batch y) { return xsimd::copysign(x, y); });
   }
   PATCHRT_INLINE friend pack fma(pack a, pack b, pack c) {
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) c.part[i] = detail::fused(a.part[i], b.part[i], c.part[i]);
     return c;
   }
@@ -204,21 +218,25 @@ template <class T, int N> struct pack {
   PATCHRT_INLINE friend mask operator>=(pack a, pack b) { return b <= a; }
   PATCHRT_INLINE friend mask operator==(pack a, pack b) { return compare(a, b, [](batch x, batch y) { return x == y; }); }
   PATCHRT_INLINE friend pack select(mask m, pack a, pack b) {
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) a.part[i] = xsimd::select(m.part[i], a.part[i], b.part[i]);
     return a;
   }
 
  private:
   template <class F> PATCHRT_INLINE static pack map(pack a, F f) {
+    PATCHRT_UNROLL
     for (auto& p : a.part) p = f(p);
     return a;
   }
   template <class F> PATCHRT_INLINE static pack zip(pack a, pack b, F f) {
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) a.part[i] = f(a.part[i], b.part[i]);
     return a;
   }
   template <class F> PATCHRT_INLINE static mask compare(pack a, pack b, F f) {
     mask m;
+    PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) m.part[i] = f(a.part[i], b.part[i]);
     return m;
   }
@@ -293,6 +311,7 @@ template <class T, int N> struct scalar_convert<pack_mask<T, N>, unsigned> {
 template <class T, int N> PATCHRT_INLINE void load_records(T const* records, pack<T, N> (&out)[8]) {
 #if defined(__AVX512F__)
   if constexpr (sizeof(T) == 8 && pack<T, N>::width == 8) {
+    PATCHRT_UNROLL
     for (int part = 0; part < pack<T, N>::parts; ++part) {
       __m512d r[8], s[8];
       for (int i = 0; i < 8; ++i) r[i] = _mm512_loadu_pd(records + 64 * part + 8 * i);
@@ -300,11 +319,13 @@ template <class T, int N> PATCHRT_INLINE void load_records(T const* records, pac
         s[i] = __builtin_shufflevector(r[i], r[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
         s[i + 1] = __builtin_shufflevector(r[i], r[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
       }
+      PATCHRT_UNROLL
       for (int i = 0; i < 8; i += 4)
         for (int k = 0; k < 2; ++k) {  // four records: numbers k, k + 4 and k + 2, k + 6
           r[i + k] = __builtin_shufflevector(s[i + k], s[i + k + 2], 0, 1, 8, 9, 4, 5, 12, 13);
           r[i + k + 2] = __builtin_shufflevector(s[i + k], s[i + k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
         }
+      PATCHRT_UNROLL
       for (int k = 0; k < 4; ++k) {
         out[k].part[part] = __builtin_shufflevector(r[k], r[k + 4], 0, 1, 2, 3, 8, 9, 10, 11);
         out[k + 4].part[part] = __builtin_shufflevector(r[k], r[k + 4], 4, 5, 6, 7, 12, 13, 14, 15);
@@ -314,6 +335,7 @@ template <class T, int N> PATCHRT_INLINE void load_records(T const* records, pac
   }
 #endif
   alignas(64) T lane[N];
+  PATCHRT_UNROLL
   for (int k = 0; k < 8; ++k) {
     for (int i = 0; i < N; ++i) lane[i] = records[8 * i + k];
     out[k] = pack<T, N>::load(lane);

@@ -58,16 +58,20 @@ template <int N, scalar T> PATCHRT_INLINE bernstein<T, N> bernstein_weights(T t)
   T b[N + 1];
   T lowest[N];  // of degree N - 2
   b[0] = T(L(1));
+  PATCHRT_UNROLL
   for (int n = 1; n <= N; ++n) {  // from degree n - 1 to n
+    PATCHRT_UNROLL
     for (int i = 0; i < n; ++i) {
       if (n == N) w.lower[i] = b[i];
       if (n == N - 1) lowest[i] = b[i];
     }
     b[n] = t * b[n - 1];
+    PATCHRT_UNROLL
     for (int i = n - 1; i > 0; --i) b[i] = fma(s, b[i], t * b[i - 1]);
     b[0] = s * b[0];
   }
   T const scale = T(L(N)), scale2 = T(L(N * (N - 1)));
+  PATCHRT_UNROLL
   for (int i = 0; i <= N; ++i) {
     w.value[i] = b[i];
     w.first[i] = scale * (i == 0 ? -w.lower[0] : i == N ? w.lower[N - 1] : w.lower[i - 1] - w.lower[i]);
@@ -80,6 +84,7 @@ template <int N, scalar T> PATCHRT_INLINE bernstein<T, N> bernstein_weights(T t)
 /// sum_k w_k p_k of a row of control points.
 template <int N, scalar T, scalar P> PATCHRT_INLINE vec3<T> blend(T const (&w)[N + 1], vec3<P> const* p) {
   vec3<T> s = scale(convert_vec<T>(p[0]), w[0]);
+  PATCHRT_UNROLL
   for (int k = 1; k <= N; ++k) s = fma(w[k], convert_vec<T>(p[k]), s);
   return s;
 }
@@ -105,6 +110,7 @@ PATCHRT_INLINE surface_point<T> evaluate(bezier_patch<P, M, N> const& patch, T u
   auto const wu = detail::bernstein_weights<M>(u);
   auto const wv = detail::bernstein_weights<N>(v);
   surface_point<T> s;
+  PATCHRT_UNROLL
   for (int i = 0; i <= M; ++i) {
     vec3<P> const* const row = patch.control_points + i * (N + 1);
     vec3<T> const q = detail::blend<N>(wv.value, row);
@@ -121,6 +127,7 @@ template <scalar P, int M, int N, scalar T> PATCHRT_INLINE vec3<T> position(bezi
   auto const wu = detail::bernstein_weights<M>(u);
   auto const wv = detail::bernstein_weights<N>(v);
   vec3<T> q;
+  PATCHRT_UNROLL
   for (int i = 0; i <= M; ++i)
     detail::accumulate(q, i == 0, wu.value[i], detail::blend<N>(wv.value, patch.control_points + i * (N + 1)));
   return q;
@@ -134,6 +141,7 @@ PATCHRT_INLINE surface_jet<T> evaluate_curvature(bezier_patch<P, M, N> const& pa
   auto const wu = detail::bernstein_weights<M>(u);
   auto const wv = detail::bernstein_weights<N>(v);
   surface_jet<T> s;
+  PATCHRT_UNROLL
   for (int i = 0; i <= M; ++i) {
     vec3<P> const* const row = patch.control_points + i * (N + 1);
     vec3<T> const q = detail::blend<N>(wv.value, row);

@@ -43,9 +43,11 @@ template <scalar T> PATCHRT_HD power_patch<T> to_power(bicubic_patch<T> const& p
 /// S(x, y) alone: 15 fused operations a coordinate.
 template <scalar T, scalar P> PATCHRT_INLINE vec3<T> position(power_patch<P> const& patch, T x, T y) {
   vec3<T> s(T(0), T(0), T(0));
+  PATCHRT_UNROLL
   for (int k = 3; k >= 0; --k) {
     vec3<P> const* const row = patch.coefficients + 4 * k;
     vec3<T> r = convert_vec<T>(row[3]);
+    PATCHRT_UNROLL
     for (int l = 2; l >= 0; --l) r = {fma(r.x, y, T(row[l].x)), fma(r.y, y, T(row[l].y)), fma(r.z, y, T(row[l].z))};
     s = k == 3 ? r : vec3<T>{fma(s.x, x, r.x), fma(s.y, x, r.y), fma(s.z, x, r.z)};
   }
