@@ -124,6 +124,7 @@ TEST_CASE("bad input ends a program with status 1 and one line that says what is
   std::vector<row> const rows = {
       // the model
       {query + "none.bpt" + asked, "patchrt-query: none.bpt: expected a file, got nothing of that name"},
+      {query + "'no\nmodel.bpt'" + asked, "patchrt-query: no model.bpt: expected a file, got nothing of that name"},
       {query + "." + asked, "patchrt-query: .: expected a file, got a directory"},
       {query + "/dev/zero" + asked, "/dev/zero: expected a file, got a device"},
       {query + "empty.bpt" + asked, "empty.bpt:1: expected the number of patches"},
@@ -282,11 +283,14 @@ TEST_CASE("any hit is found for just the rays that have a nearest one") {
   REQUIRE(run(folder, query + "$teapot --rays rays --hits any --any").status == 0);
   auto const nearest = read_hits(folder / "nearest"), any = read_hits(folder / "any");
   REQUIRE(any.size() == nearest.size());
+  int later = 0;
   for (std::size_t i = 0; i < any.size(); ++i) {
     CAPTURE(i);
     REQUIRE((any[i].patch == -1) == (nearest[i].patch == -1));
     if (any[i].patch >= 0) REQUIRE(any[i].t >= nearest[i].t);
+    later += any[i].t > nearest[i].t;
   }
+  CHECK(later > 0);  // or the search for the nearest was not cut short
 }
 
 TEST_CASE("rays that are none are misses beside rays that hit") {
