@@ -11,10 +11,12 @@
 #include <patchrt/numbers/pack.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -52,8 +54,14 @@ void fused_pack(mixed_hierarchy_view const& h, ray<double> const* rays, patch_hi
                             {convert<S>(r[3]), convert<S>(r[4]), convert<S>(r[5])},
                             convert<S>(r[6]),
                             convert<S>(r[7])};
-  for (int i = 0; i < N; ++i) __builtin_prefetch(rays + 2 * N + i);
-  for (int i = 0; i < N; ++i) hits[i] = {};
+  // The lists stream through the cache: ask for the lines of the pack after the next.
+  constexpr int line = 64;
+  for (int i = 0; i < N; ++i) {
+    __builtin_prefetch(reinterpret_cast<char const*>(rays + 2 * N) + line * i);
+    if (i < N / 2) __builtin_prefetch(reinterpret_cast<char const*>(hits + 2 * N) + line * i, 1);
+  }
+  static constexpr std::array<patch_hit, N> misses{};
+  std::memcpy(hits, misses.data(), sizeof misses);  // whole cache lines: most packs of a picture write nothing else
   patchrt::detail::hierarchy_search<A, T> search(h, pack_of_rays, mask_t<T>::from_bits(active));
   auto const& hit = search.template run<AnyHit>(counts);
   std::uint32_t valid = hit.valid.bits();
