@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <patchrt/intersect/ray_patch.hpp>
+
+namespace patchrt::test {
+
+/// The ray-patch solver, all of its steps: projection, both ways of excluding a cell or starting in it, Newton's
+/// iteration, the correction, and the paper's solver.
+///
+/// Ray i meets cell i of patch i; `powers` are the patches in power form. What a step leaves unspecified is written
+/// as 0.
+template <class T> struct solve_kernel {
+  static constexpr int outputs = 23;
+  power_patch<T> const* powers;
+  bicubic_patch<T> const* patches;
+  patch_cell<T> const* cells;
+  ray<T> const* rays;
+  T* out;
+
+  PATCHRT_HD void operator()(int i) const {
+    ray<T> const& r = rays[i];
+    patch_cell<T> const& cell = cells[i];
+    vec3<T> n1, n2;
+    plane_normals(r.direction, n1, n2);
+    projected_patch<T> const projected = project(powers[i], r.origin, n1, n2);
+    cell_start<T> const start = linear_start(projected, magnitude(n1), magnitude(n2), cell);
+    cell_verdict<T> const verdict = examine_cell(projected, cell.x, cell.y, cell.half_x, cell.half_y);
+    newton_result<T> const n = newton(projected, start.x, start.y, start.possible, T(0x1p-12), T(0.5), 8);
+    patch_root<T> root{T(0), fma(n.x, T(0.5), T(0.5)), fma(n.y, T(0.5), T(0.5)), T(0), n.converged};
+    correct(patches[i], T(2), r.origin, r.direction, root);
+    patch_root<T> reference{T(0), T(0.5), T(0.5), T(0), start.possible};
+    int const steps = solve_on_planes(patches[i], T(2), r.origin, r.direction, reference);
+    T const zero(0);
+    T* y = out + outputs * i;
+    *y++ = T(start.possible);
+    *y++ = start.possible ? start.x : zero;
+    *y++ = start.possible ? start.y : zero;
+    *y++ = T(verdict.possible);
+    *y++ = T(verdict.at_most_one);
+    *y++ = T(verdict.bends_in_x);
+    *y++ = verdict.at_most_one ? verdict.x : zero;
+    *y++ = verdict.at_most_one ? verdict.y : zero;
+    *y++ = T(n.converged);
+    *y++ = n.converged ? n.x : zero;
+    *y++ = n.converged ? n.y : zero;
+    *y++ = T(n.steps);
+    *y++ = T(steps);
+    store(reference, store(root, y));
+  }
+
+ private:
+  PATCHRT_HD static T* store(patch_root<T> const& root, T* y) {
+    T const zero(0);
+    *y++ = T(root.valid);
+    *y++ = root.valid ? root.t : zero;
+    *y++ = root.valid ? root.u : zero;
+    *y++ = root.valid ? root.v : zero;
+    *y++ = root.valid ? root.residual : zero;
+    return y;
+  }
+  PATCHRT_HD static vec3<T> magnitude(vec3<T> const& v) { return {abs(v.x), abs(v.y), abs(v.z)}; }
+};
+
+}  // namespace patchrt::test
