@@ -70,6 +70,12 @@ template <accuracy A, scalar T> struct search_state {
   PATCHRT_INLINE static unsigned lanes_on(mask_t<T> m) { return static_cast<unsigned>(std::popcount(mask_bits(m))); }
 };
 
+/// A rectangle of the parameter square, another for each lane.
+template <scalar T> struct patch_part {
+  T x, y, half_x, half_y;
+  mask_t<T> lanes;
+};
+
 /// The rays of `state` in one patch.
 template <accuracy A, scalar T> class patch_search {
  public:
@@ -122,8 +128,8 @@ template <accuracy A, scalar T> class patch_search {
   }
 
  private:
-  /// Cells that may have a root, one a lane: Newton's iteration is put off so that it runs with as many lanes as it can.
-  struct waiting_cells {
+  /// Cells that may have a root, one a lane.
+  struct cell_batch {
     T x, y;  // where the iteration begins
     T cell_x, cell_y, half_x, half_y;
     T entry;
@@ -147,10 +153,17 @@ template <accuracy A, scalar T> class patch_search {
       TM const single = possible && T(float(leaf.sine) * (127.0f / 255.0f)) < abs(dot(state_.direction, axis));
       if (any_of(single)) add(single, begin.x, begin.y, c.x, c.y, c.half_x, c.half_y);
       TM const folded = possible && !single;
-      if (any_of(folded)) subdivide(folded, c);
+      if (any_of(folded)) add_parts(folded, c);
     }
   }
 
+  PATCHRT_OUTLINE void add_parts(TM folded, patch_cell<T> const& c) {
+    subdivide(folded, c.x, c.y, c.half_x, c.half_y, [&](TM lanes, T x, T y, patch_part<T> const& p) {
+      add(lanes, x, y, p.x, p.y, p.half_x, p.half_y);
+    });
+  }
+
+  /// Puts cells off until Newton's iteration can run with as many lanes as possible.
   PATCHRT_INLINE void add(TM lanes, T x, T y, T cell_x, T cell_y, T half_x, T half_y) {
     if (any_of(lanes && waiting_.lanes)) solve_waiting();
     auto& w = waiting_;
@@ -165,24 +178,22 @@ template <accuracy A, scalar T> class patch_search {
   }
 
   /// Halves a cell, each lane along the parameter that bends its Jacobian more, until its parts are seen to have no root, or
-  /// one; parts of the last level are given to Newton's iteration as they are.
-  PATCHRT_OUTLINE void subdivide(TM folded, patch_cell<T> const& c) {
-    constexpr int most_levels = 8;
-    struct part {
-      T x, y, half_x, half_y;
-      TM lanes;
-    } parts[most_levels + 1];  // the path to the part at hand
-    parts[0] = {c.x, c.y, c.half_x, c.half_y, folded};
+  /// one, and gives these, and parts of the last level as they are, to `sink(lanes, x, y, part)`: (x, y) is where Newton's
+  /// iteration begins.
+  template <class Sink> PATCHRT_INLINE void subdivide(TM lanes, T x, T y, T half_x, T half_y, Sink&& sink) {
+    constexpr int most_levels = 12;
+    patch_part<T> parts[most_levels + 1];  // the path to the part at hand
+    parts[0] = {x, y, half_x, half_y, lanes};
     std::uint32_t trail = 0;  // as in `traverse`
     int level = 0;
     for (;;) {
-      part& at = parts[level];
+      patch_part<T>& at = parts[level];
       cell_verdict<T> const v = examine_cell(projected_, at.x, at.y, at.half_x, at.half_y);
       if (state_.counts) state_.counts->newton_steps += state_.lanes_on(at.lanes);
       TM const possible = at.lanes && v.possible;
       TM const divided = level == most_levels ? possible && !possible : possible && !v.at_most_one;
       TM const single = possible && !divided;
-      if (any_of(single)) add(single, v.x, v.y, at.x, at.y, at.half_x, at.half_y);
+      if (any_of(single)) sink(single, v.x, v.y, at);
       if (any_of(divided)) {
         T const hx = select(v.bends_in_x, at.half_x * T(0.5f), at.half_x);
         T const hy = select(v.bends_in_x, at.half_y, at.half_y * T(0.5f));
@@ -195,31 +206,47 @@ template <accuracy A, scalar T> class patch_search {
       level -= up;
       if (level <= 0) return;
       trail = (trail >> up) | 1u;
-      part const& whole = parts[level - 1];
-      part& half = parts[level];  // from the first half to the second
+      patch_part<T> const& whole = parts[level - 1];
+      patch_part<T>& half = parts[level];  // from the first half to the second
       half.x = fma(T(2), whole.x, -half.x);
       half.y = fma(T(2), whole.y, -half.y);
     }
   }
 
   PATCHRT_OUTLINE void solve_waiting() {
-    auto const& w = waiting_;
-    if (state_.counts) state_.counts->candidates += state_.lanes_on(w.lanes);
-    if constexpr (A == accuracy::reference) {
-      solve_as_reference();
-    } else {
-      newton_result<T> const n = newton(projected_, w.x, w.y, w.lanes, 0x1p-10f, 0.5f, 10);
-      if (state_.counts) state_.counts->newton_steps += unsigned(n.steps) * state_.lanes_on(w.lanes);
-      T const spare(0x1p-10f);
-      TM const inside = n.converged && abs(n.x - w.cell_x) <= w.half_x + spare && abs(n.y - w.cell_y) <= w.half_y + spare;
-      if (any_of(inside)) finish(n.x, n.y, inside);
-    }
+    TM const astray = solve(waiting_);
+    if (any_of(astray)) search_again(astray);
     nearest_ = convert<T>(state_.nearest - start_);
     waiting_.lanes = lanes_ && !lanes_;
   }
 
+  /// Having one root at most does not make Newton's iteration find it: where it went astray, the cell's parts are searched.
+  PATCHRT_OUTLINE void search_again(TM astray) {
+    auto const& w = waiting_;
+    subdivide(astray, w.cell_x, w.cell_y, w.half_x, w.half_y, [&](TM lanes, T x, T y, patch_part<T> const& p) {
+      (void)solve(cell_batch{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, lanes});
+    });
+  }
+
+  /// Hits from the roots of a batch of cells. Gives the lanes whose iteration ended neither in its cell nor next to it.
+  PATCHRT_OUTLINE TM solve(cell_batch const& w) {
+    if (state_.counts) state_.counts->candidates += state_.lanes_on(w.lanes);
+    if constexpr (A == accuracy::reference) {
+      solve_as_reference(w);
+      return w.lanes && !w.lanes;
+    } else {
+      newton_result<T> const n = newton(projected_, w.x, w.y, w.lanes, 0x1p-10f, 0.5f, 10);
+      if (state_.counts) state_.counts->newton_steps += unsigned(n.steps) * state_.lanes_on(w.lanes);
+      T const spare(0x1p-10f);
+      T const dx = abs(n.x - w.cell_x), dy = abs(n.y - w.cell_y);
+      TM const inside = n.converged && dx <= w.half_x + spare && dy <= w.half_y + spare;
+      if (any_of(inside)) finish(w, n.x, n.y, inside);
+      return w.lanes && !(n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y);
+    }
+  }
+
   /// The hits of the lanes in `inside` from their roots in float.
-  PATCHRT_INLINE void finish(T x, T y, TM inside) {
+  PATCHRT_INLINE void finish(cell_batch const& w, T x, T y, TM inside) {
     patch_root<S> root;
     if constexpr (A == accuracy::fast) {
       S const along = start_ + dot(difference(position(search_.power, x, y), origin_), state_.direction);
@@ -229,7 +256,7 @@ template <accuracy A, scalar T> class patch_search {
       root.residual = T(0);
       T const edge(1 + 0x1p-20f);
       root.valid = abs(x) <= edge && abs(y) <= edge;
-      keep(root, along, inside && root.valid);
+      keep(w, root, along, inside && root.valid);
     } else {
       root.t = root.residual = S(0);
       root.u = fma(convert<S>(x), S(0.5), S(0.5));
@@ -238,12 +265,11 @@ template <accuracy A, scalar T> class patch_search {
       for_each_part(root, [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
         correct(exact_.patch, exact_.size, origin, direction, r);
       });
-      keep(root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+      keep(w, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
     }
   }
 
-  PATCHRT_INLINE void solve_as_reference() {
-    auto const& w = waiting_;
+  PATCHRT_INLINE void solve_as_reference(cell_batch const& w) {
     int steps = 0;
     patch_root<S> root;
     root.t = root.residual = S(0);
@@ -254,7 +280,7 @@ template <accuracy A, scalar T> class patch_search {
       steps = std::max(steps, solve_on_planes(exact_.patch, exact_.size, origin, direction, r));
     });
     if (state_.counts) state_.counts->newton_steps += unsigned(steps) * state_.lanes_on(w.lanes);
-    keep(root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+    keep(w, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
   }
 
   /// f(root, origin, direction) for every part of `root` with a valid lane: the user's rays, relative to the patch's base.
@@ -279,10 +305,10 @@ template <accuracy A, scalar T> class patch_search {
   }
 
   /// Keeps roots that are nearer than what is known; `along` is their distance in search space.
-  PATCHRT_INLINE void keep(patch_root<S> const& root, S along, SM found) {
+  PATCHRT_INLINE void keep(cell_batch const& w, patch_root<S> const& root, S along, SM found) {
     auto& hit = state_.hit;
     // Not nearer than the boxes they were found in, so that skipping those could not have lost them.
-    TM const behind_entry = waiting_.entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
+    TM const behind_entry = w.entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
     found = found && convert<SM>(behind_entry) && state_.user.t_min < root.t;
     SM nearer = found && root.t < hit.t;
     SM const same = found && root.t == hit.t && hit.valid;
@@ -328,7 +354,7 @@ template <accuracy A, scalar T> class patch_search {
   T nearest_;  // of the hits, from entry_ on
   T cell_entry_;
   TM cell_lanes_;
-  waiting_cells waiting_;
+  cell_batch waiting_;
   projected_patch<T> projected_;  // made when the first leaf is reached
 };
 

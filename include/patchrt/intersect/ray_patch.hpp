@@ -83,7 +83,7 @@ template <scalar T> struct cell_start {
 ///
 /// A root in the cell satisfies F(c) + J (p - c) + R = 0 with |R| <= |n|.remainder, so that |J^-1 F(c)| exceeds the cell's
 /// half width by |J^-1| |R| at most; where it exceeds that, `possible` is false. `abs_n1`, `abs_n2` are the planes' normals'
-/// magnitudes by component. The start is limited to one and a half half-widths from the centre.
+/// magnitudes by component. The start is in the cell.
 /// \note The linear exclusion of Toth, "On ray tracing parametric surfaces", SIGGRAPH 1985, with a precomputed remainder in
 ///       place of interval Jacobians.
 template <scalar T>
@@ -96,11 +96,9 @@ PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T> const& p, vec3<T> c
   T const det = abs(s.det);
   T const reach_x = fma(det, c.half_x, fma(abs(b.gy), rf, abs(b.fy) * rg));
   T const reach_y = fma(det, c.half_y, fma(abs(b.gx), rf, abs(b.fx) * rg));
-  T const limit_x = T(1.5) * c.half_x;
-  T const limit_y = T(1.5) * c.half_y;
   T const inverse = T(1) / s.det;
-  T const dx = select(abs(s.dx) < det * limit_x, s.dx * inverse, copysign(limit_x, s.dx * s.det));
-  T const dy = select(abs(s.dy) < det * limit_y, s.dy * inverse, copysign(limit_y, s.dy * s.det));
+  T const dx = select(abs(s.dx) < det * c.half_x, s.dx * inverse, copysign(c.half_x, s.dx * s.det));
+  T const dy = select(abs(s.dy) < det * c.half_y, s.dy * inverse, copysign(c.half_y, s.dy * s.det));
   return {c.x + dx, c.y + dy, abs(s.dx) <= reach_x && abs(s.dy) <= reach_y};
 }
 
@@ -188,10 +186,9 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T 
   v.possible = !(outside_x || outside_y || beyond_x || beyond_y);
   v.bends_in_x = f.y_change + g.y_change <= f.x_change + g.x_change;
   v.at_most_one = T(0) < a && T(0) < d && b * c < a * d;
-  T const limit(lane_t<T>(1.5));
   T const inverse = T(1) / s.det;
-  T const dx = select(abs(s.dx) < det * limit, s.dx * inverse, T(0));
-  T const dy = select(abs(s.dy) < det * limit, s.dy * inverse, T(0));
+  T const dx = select(abs(s.dx) < det, s.dx * inverse, T(0));
+  T const dy = select(abs(s.dy) < det, s.dy * inverse, T(0));
   v.x = fma(dx, half_x, x);
   v.y = fma(dy, half_y, y);
   return v;
