@@ -21,10 +21,10 @@ namespace patchrt {
 struct mixed_hierarchy_options {
   /// Levels of every patch's tree, 0 to max_subpatch_depth: the paper's fixed depth, u and v halved in turn. -1 lets the depth
   /// follow each patch's shape: as many halvings along u and along v as bring the turn of its tangents within a cell under
-  /// `max_turn`.
+  /// `max_turn`, five together at the most, which keeps a patch's part of the hierarchy under 1 KiB.
   int depth = -1;
   /// Radians, for depth -1.
-  float max_turn = 0.5f;
+  float max_turn = 0.7f;
 };
 
 /// Patches ready for rays: owns what `mixed_hierarchy_view` points to.
@@ -81,6 +81,7 @@ inline float turn_along(bicubic_patch<float> const& p, int stride, int across) {
 inline subpatch_splits choose_splits(bicubic_patch<float> const& p, mixed_hierarchy_options const& options) {
   if (options.depth >= 0) return alternating_splits(options.depth);
   int u = halvings(turn_along(p, 4, 1), options.max_turn), v = halvings(turn_along(p, 1, 4), options.max_turn);
+  for (constexpr int most = 5; u + v > most;) --(u > v ? u : v);
   subpatch_splits s{u + v, 0};
   for (int level = 0; level < s.depth; ++level) {
     bool const split_v = v > u;
