@@ -63,7 +63,7 @@ struct thread {
 
   /// Counts the labels that the thread runs over, so that an endless loop ends.
   void at_label() {
-    if (++labels_passed > 20'000'000)
+    if (++labels_passed > 5'000'000)
       throw std::runtime_error("PTX: endless loop in thread " + std::to_string(thread_index.x));
   }
 };
