@@ -82,21 +82,23 @@ template <accuracy A, scalar T> class hierarchy_search {
     s.search_t_min = convert<T>(fma(r.t_min, s.to_search, -s.shift)) - T(search_margin);
   }
 
-  /// False only for lanes whose line misses the scene's box, and for lanes with a NaN: the separating axes of line and box,
-  /// which need no division.
+  /// False only for lanes whose line misses the scene's box: the separating axes of line and box,
+  /// which need no division. Rays too far or too long or short for float are not judged.
   PATCHRT_INLINE TM near_scene() const {
     vec3<T> const o = convert_vec<T>(state_.search_origin), d = convert_vec<T>(state_.user.direction);
     vec3<T> const ad{abs(d.x), abs(d.y), abs(d.z)};
     vec3<float> const& half = state_.hierarchy.half_extent;
     T const far = abs(o.x) + abs(o.y) + abs(o.z);
-    T const slack = fma(far, T(0x1p-20f), T(0x1p-20f)) * (ad.x + ad.y + ad.z);
+    T const size = ad.x + ad.y + ad.z;
+    T const slack = fma(far, T(0x1p-20f), T(0x1p-20f)) * size;
     auto const overlap = [&](T const& oa, T const& da, T const& ob, T const& db, T const& reach) {
       return abs(fma(oa, db, -(ob * da))) <= reach + slack;
     };
     T const hx(half.x), hy(half.y), hz(half.z);
-    return overlap(o.x, d.x, o.y, d.y, fma(hx, ad.y, hy * ad.x)) &&
+    auto const ordinary = T(1e-12f) < size && size < T(1e12f) && far < T(1e12f);
+    return !ordinary || (overlap(o.x, d.x, o.y, d.y, fma(hx, ad.y, hy * ad.x)) &&
            overlap(o.y, d.y, o.z, d.z, fma(hy, ad.z, hz * ad.y)) &&
-           overlap(o.z, d.z, o.x, d.x, fma(hz, ad.x, hx * ad.z));
+           overlap(o.z, d.z, o.x, d.x, fma(hz, ad.x, hx * ad.z)));
   }
 
   /// The octant of most lanes: it says in which order boxes are visited, on which results do not depend.

@@ -202,7 +202,7 @@ template <accuracy A, scalar T> class patch_search {
         trail <<= 1;
         continue;
       }
-      int const up = std::countr_one(trail);
+      int const up = std::popcount(trail & ~(trail + 1));
       level -= up;
       if (level <= 0) return;
       trail = (trail >> up) | 1u;

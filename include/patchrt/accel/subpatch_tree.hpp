@@ -98,7 +98,8 @@ PATCHRT_INLINE void traverse(subpatch_tree const& tree, subpatch_node const* nod
       }
       leaf(k, k - leaves);
     }
-    int const up = std::countr_one(trail);
+    // ones at the end of the trail; nvcc 13 compiles std::countr_one to a constant
+    int const up = std::popcount(trail & ~(trail + 1));
     k = (k >> up) ^ 1u;
     if (k <= 1) return;  // the whole patch was done
     trail = (trail >> up) | 1u;

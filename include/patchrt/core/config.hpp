@@ -29,10 +29,9 @@
 #  define PATCHRT_INLINE_LAMBDA
 #endif
 
-/// Kept out of line on the host: a large step whose lanes would fill the registers of whatever it is inlined into. A device
-/// has no calls worth making, and inlines it.
+/// Kept out of line: a large step whose variables would spill the registers of whatever it is inlined into.
 #if defined(__CUDACC__)
-#  define PATCHRT_OUTLINE __host__ __device__ __forceinline__
+#  define PATCHRT_OUTLINE __host__ __device__ __noinline__
 #elif defined(__GNUC__)
 #  define PATCHRT_OUTLINE __attribute__((noinline))
 #else

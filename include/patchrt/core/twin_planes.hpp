@@ -35,8 +35,8 @@ template <scalar T> PATCHRT_INLINE void plane_normals(vec3<T> const& direction, 
 template <scalar T> PATCHRT_HD twin_planes<T> make_twin_planes(vec3<T> const& origin, vec3<T> const& direction) {
   twin_planes<T> p;
   plane_normals(direction, p.n1, p.n2);
-  p.d1 = -dot(p.n1, origin);
-  p.d2 = -dot(p.n2, origin);
+  p.d1 = T(0) - dot(p.n1, origin);
+  p.d2 = T(0) - dot(p.n2, origin);
   return p;
 }
 
@@ -51,8 +51,8 @@ PATCHRT_HD twin_planes<T> make_primary_planes(vec3<T> const& eye, vec3<T> const&
   twin_planes<T> p;
   p.n1 = cross(up, fma(x, right, forward));
   p.n2 = cross(right, fma(y, up, forward));
-  p.d1 = -dot(p.n1, eye);
-  p.d2 = -dot(p.n2, eye);
+  p.d1 = T(0) - dot(p.n1, eye);
+  p.d2 = T(0) - dot(p.n2, eye);
   return p;
 }
 

@@ -97,8 +97,8 @@ PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T> const& p, vec3<T> c
   T const reach_x = fma(det, c.half_x, fma(abs(b.gy), rf, abs(b.fy) * rg));
   T const reach_y = fma(det, c.half_y, fma(abs(b.gx), rf, abs(b.fx) * rg));
   T const inverse = T(1) / s.det;
-  T const dx = select(abs(s.dx) < det * c.half_x, s.dx * inverse, copysign(c.half_x, s.dx * s.det));
-  T const dy = select(abs(s.dy) < det * c.half_y, s.dy * inverse, copysign(c.half_y, s.dy * s.det));
+  T const dx = select(abs(s.dx) < det * c.half_x, s.dx * inverse, select(s.dx * s.det < T(0), -c.half_x, c.half_x));
+  T const dy = select(abs(s.dy) < det * c.half_y, s.dy * inverse, select(s.dy * s.det < T(0), -c.half_y, c.half_y));
   return {c.x + dx, c.y + dy, abs(s.dx) <= reach_x && abs(s.dy) <= reach_y};
 }
 
@@ -218,8 +218,8 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, ma
     scaled_step<T> const s = newton_step(b);
     T const det = abs(s.det);
     T const inverse = T(1) / s.det;
-    T const dx = select(abs(s.dx) < det * limit, s.dx * inverse, copysign(limit, s.dx * s.det));
-    T const dy = select(abs(s.dy) < det * limit, s.dy * inverse, copysign(limit, s.dy * s.det));
+    T const dx = select(abs(s.dx) < det * limit, s.dx * inverse, select(s.dx * s.det < T(0), -limit, limit));
+    T const dy = select(abs(s.dy) < det * limit, s.dy * inverse, select(s.dy * s.det < T(0), -limit, limit));
     x = select(active, x + dx, x);
     y = select(active, y + dy, y);
     auto const small = active && abs(dx) < eps && abs(dy) < eps;

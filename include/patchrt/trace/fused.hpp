@@ -110,7 +110,7 @@ void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<double> con
 
 /// The nearest hit of every ray in (t_min, t_max).
 ///
-/// A NaN anywhere in a ray, a zero direction, or t_min >= t_max is a miss. The hits are the same bits for every executor and
+/// A NaN anywhere in a ray, a direction of length 0 or whose squared length over- or underflows, or t_min >= t_max is a miss. The hits are the same bits for every executor and
 /// number of threads, and for every order of the rays. `counts`, where not null, is added to.
 /// \pre hits.size() == rays.size()
 /// \note Nigam & Narayanan 2012, section 5.1: the single step of the CPU, resuming the BVH with the hit's t.
