@@ -43,8 +43,8 @@ std::ostream& operator<<(std::ostream& out, comparison const& c) {
              << " diagonals, along the ray " << c.error << " units";
 }
 
-/// What is asked of an accuracy level. The unit of distances is `epsilon` times (half the diagonal of what is hit + the distance
-/// of the ray's origin from its middle): of the patch's box, or of the whole scene's.
+/// What is asked of an accuracy level. The unit of distances is `epsilon` times (half the diagonal of what is hit + the
+/// distance of the ray's origin from its middle): of the patch's box, or of the whole scene's.
 struct demand {
   double epsilon;
   bool of_scene;

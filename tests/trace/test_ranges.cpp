@@ -42,8 +42,8 @@ ray_list moved(ray_list rays, double scale, vec3<double> const& shift) {
   return rays;
 }
 
-/// Of rays that hit at |cosine| > 0.1 and away from edges: the largest difference of positions along the ray, times |cosine|,
-/// between hits and the oracle's nearest roots; infinite where a hit is missing or of another patch.
+/// Of rays that hit at |cosine| > 0.1 and away from edges: the largest difference of positions along the ray, times
+/// |cosine|, between hits and the oracle's nearest roots; infinite where a hit is missing or of another patch.
 double worst_error(patch_list const& scene, ray_list const& rays, std::vector<patch_hit> const& hits) {
   auto const numbers = numbers_of(scene);
   oracle const truth(numbers);
