@@ -95,7 +95,7 @@ template <accuracy A, scalar T> class patch_search {
     origin_ = convert_vec<T>(fma(start_, state_.search_direction, difference(state_.search_origin, base)));
     nearest_ = convert<T>(state_.nearest - start_);
     T const soonest = state_.search_t_min - entry_;
-    waiting_.lanes = lanes_ && !lanes_;
+    waiting_.lanes = waiting_.single = lanes_ && !lanes_;
     if (state_.counts) state_.counts->patches += state_.lanes_on(lanes_);
 
     // Boxes are met in the grid's own coordinates: bytes become numbers and nothing else.
@@ -133,6 +133,7 @@ template <accuracy A, scalar T> class patch_search {
     T x, y;  // where the iteration begins
     T cell_x, cell_y, half_x, half_y;
     T entry;
+    TM single;  // the cell is proved to have one root at most
     TM lanes;
   };
 
@@ -144,46 +145,49 @@ template <accuracy A, scalar T> class patch_search {
                            T(float(leaf.remainder[2]) * step.z)}};
     if (state_.counts) state_.counts->newton_steps += state_.lanes_on(cell_lanes_);
     if constexpr (A == accuracy::reference) {
-      add(cell_lanes_, c.x, c.y, c.x, c.y, c.half_x, c.half_y);
+      add(cell_lanes_, cell_lanes_, c.x, c.y, {c.x, c.y, c.half_x, c.half_y, cell_lanes_});
     } else {
       cell_start<T> const begin = linear_start(projected_, state_.abs_n1, state_.abs_n2, c);
       TM const possible = cell_lanes_ && begin.possible;
       if (!any_of(possible)) return;
       vec3<T> const axis{T(float(leaf.axis[0])), T(float(leaf.axis[1])), T(float(leaf.axis[2]))};
       TM const single = possible && T(float(leaf.sine) * (127.0f / 255.0f)) < abs(dot(state_.direction, axis));
-      if (any_of(single)) add(single, begin.x, begin.y, c.x, c.y, c.half_x, c.half_y);
+      if (any_of(single)) add(single, single, begin.x, begin.y, {c.x, c.y, c.half_x, c.half_y, single});
       TM const folded = possible && !single;
       if (any_of(folded)) add_parts(folded, c);
     }
   }
 
   PATCHRT_OUTLINE void add_parts(TM folded, patch_cell<T> const& c) {
-    subdivide(folded, c.x, c.y, c.half_x, c.half_y, [&](TM lanes, T x, T y, patch_part<T> const& p) {
-      add(lanes, x, y, p.x, p.y, p.half_x, p.half_y);
-    });
+    subdivide({c.x, c.y, c.half_x, c.half_y, folded},
+              [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) { add(lanes, single, x, y, p); });
   }
 
   /// Puts cells off until Newton's iteration can run with as many lanes as possible.
-  PATCHRT_INLINE void add(TM lanes, T x, T y, T cell_x, T cell_y, T half_x, T half_y) {
+  PATCHRT_INLINE void add(TM lanes, TM single, T x, T y, patch_part<T> const& cell) {
     if (any_of(lanes && waiting_.lanes)) solve_waiting();
     auto& w = waiting_;
     w.x = select(lanes, x, w.x);
     w.y = select(lanes, y, w.y);
-    w.cell_x = select(lanes, cell_x, w.cell_x);
-    w.cell_y = select(lanes, cell_y, w.cell_y);
-    w.half_x = select(lanes, half_x, w.half_x);
-    w.half_y = select(lanes, half_y, w.half_y);
+    w.cell_x = select(lanes, cell.x, w.cell_x);
+    w.cell_y = select(lanes, cell.y, w.cell_y);
+    w.half_x = select(lanes, cell.half_x, w.half_x);
+    w.half_y = select(lanes, cell.half_y, w.half_y);
     w.entry = select(lanes, cell_entry_, w.entry);
+    w.single = (w.single && !lanes) || (single && lanes);
     w.lanes = w.lanes || lanes;
   }
 
   /// Halves a cell, each lane along the parameter that bends its Jacobian more, until its parts are seen to have no root, or
-  /// one, and gives these, and parts of the last level as they are, to `sink(lanes, x, y, part)`: (x, y) is where Newton's
-  /// iteration begins.
-  template <class Sink> PATCHRT_INLINE void subdivide(TM lanes, T x, T y, T half_x, T half_y, Sink&& sink) {
+  /// one, and gives these to `sink(lanes, single, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the last level
+  /// are given as they are, and so is what is left when a lane has seen `most_parts`: a patch that is a line or a point has no
+  /// part that says anything.
+  template <class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cell, Sink&& sink) {
     constexpr int most_levels = 12;
+    constexpr float most_parts = 100;
     patch_part<T> parts[most_levels + 1];  // the path to the part at hand
-    parts[0] = {x, y, half_x, half_y, lanes};
+    parts[0] = cell;
+    T seen(0);
     std::uint32_t trail = 0;  // as in `traverse`
     int level = 0;
     for (;;) {
@@ -191,9 +195,10 @@ template <accuracy A, scalar T> class patch_search {
       cell_verdict<T> const v = examine_cell(projected_, at.x, at.y, at.half_x, at.half_y);
       if (state_.counts) state_.counts->newton_steps += state_.lanes_on(at.lanes);
       TM const possible = at.lanes && v.possible;
-      TM const divided = level == most_levels ? possible && !possible : possible && !v.at_most_one;
-      TM const single = possible && !divided;
-      if (any_of(single)) sink(single, v.x, v.y, at);
+      seen = select(at.lanes, seen + T(1), seen);
+      TM const divided = level == most_levels ? possible && !possible : possible && !v.at_most_one && seen < T(most_parts);
+      TM const whole = possible && !divided;
+      if (any_of(whole)) sink(whole, v.at_most_one, v.x, v.y, at);
       if (any_of(divided)) {
         T const hx = select(v.bends_in_x, at.half_x * T(0.5f), at.half_x);
         T const hy = select(v.bends_in_x, at.half_y, at.half_y * T(0.5f));
@@ -206,10 +211,10 @@ template <accuracy A, scalar T> class patch_search {
       level -= up;
       if (level <= 0) return;
       trail = (trail >> up) | 1u;
-      patch_part<T> const& whole = parts[level - 1];
+      patch_part<T> const& both = parts[level - 1];
       patch_part<T>& half = parts[level];  // from the first half to the second
-      half.x = fma(T(2), whole.x, -half.x);
-      half.y = fma(T(2), whole.y, -half.y);
+      half.x = fma(T(2), both.x, -half.x);
+      half.y = fma(T(2), both.y, -half.y);
     }
   }
 
@@ -223,12 +228,14 @@ template <accuracy A, scalar T> class patch_search {
   /// Having one root at most does not make Newton's iteration find it: where it went astray, the cell's parts are searched.
   PATCHRT_OUTLINE void search_again(TM astray) {
     auto const& w = waiting_;
-    subdivide(astray, w.cell_x, w.cell_y, w.half_x, w.half_y, [&](TM lanes, T x, T y, patch_part<T> const& p) {
-      (void)solve(cell_batch{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, lanes});
-    });
+    subdivide({w.cell_x, w.cell_y, w.half_x, w.half_y, astray},
+              [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) {
+                (void)solve(cell_batch{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, single, lanes});
+              });
   }
 
-  /// Hits from the roots of a batch of cells. Gives the lanes whose iteration ended neither in its cell nor next to it.
+  /// Hits from the roots of a batch of cells. Gives the lanes of single cells whose iteration ended neither in its cell nor next
+  /// to it.
   PATCHRT_OUTLINE TM solve(cell_batch const& w) {
     if (state_.counts) state_.counts->candidates += state_.lanes_on(w.lanes);
     if constexpr (A == accuracy::reference) {
@@ -241,7 +248,7 @@ template <accuracy A, scalar T> class patch_search {
       T const dx = abs(n.x - w.cell_x), dy = abs(n.y - w.cell_y);
       TM const inside = n.converged && dx <= w.half_x + spare && dy <= w.half_y + spare;
       if (any_of(inside)) finish(w, n.x, n.y, inside);
-      return w.lanes && !(n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y);
+      return w.lanes && w.single && !(n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y);
     }
   }
 
