@@ -94,7 +94,7 @@ template <class Generator> ray_list chords(patch_list const& scene, int count, G
   return rays;
 }
 
-/// Rays from outside the scene through points of patches: on edges, in corners, and on the lines where sub-patches meet.
+/// Rays from outside the scene through points of patches: on edges, in corners, and where sub-patches meet.
 template <class Generator> ray_list rays_at_edges(patch_list const& scene, int count, Generator& g) {
   auto const ball = ball_of(scene);
   ray_list rays;
