@@ -137,7 +137,8 @@ template <class T, class P> newton_result<T> solve(P const& in, double tolerance
   auto const projected = project(in.patch, in.origin, n1, n2);
   auto const start = linear_start(projected, vec3<T>(abs(n1.x), abs(n1.y), abs(n1.z)),
                                   vec3<T>(abs(n2.x), abs(n2.y), abs(n2.z)), in.cell);
-  return newton(projected, start.x, start.y, start.possible, static_cast<lane_t<T>>(tolerance), lane_t<T>(0.5), 8);
+  return newton(projected, start.x, start.y, T(lane_t<T>(0.5)), T(lane_t<T>(0.5)), start.possible,
+                static_cast<lane_t<T>>(tolerance), 8);
 }
 
 /// The tolerance leaves the square of it as the error: about one rounding of the lanes.

@@ -68,7 +68,8 @@ inline float turn_along(bicubic_patch<float> const& p, int stride, int across) {
   float second = 0, first = 0;
   for (int j = 0; j < 4; ++j)
     for (int i = 0; i < 3; ++i) {
-      vec3<float> const a = p.control_points[j * across + i * stride], b = p.control_points[j * across + (i + 1) * stride];
+      vec3<float> const a = p.control_points[j * across + i * stride],
+                        b = p.control_points[j * across + (i + 1) * stride];
       first += std::sqrt(dot(b - a, b - a));
       if (i == 2) continue;
       vec3<float> const d = (p.control_points[j * across + (i + 2) * stride] - b) - (b - a);
@@ -99,14 +100,14 @@ inline subpatch_splits choose_splits(bicubic_patch<float> const& p, mixed_hierar
 ///         scene's extent overflows, or `options` are out of range.
 /// \note Nigam & Narayanan 2012, section 3.
 template <executor E>
-mixed_hierarchy build_mixed_hierarchy(std::span<bicubic_patch<double> const> patches, mixed_hierarchy_options const& options,
-                                      E const& exec) {
+mixed_hierarchy build_mixed_hierarchy(std::span<bicubic_patch<double> const> patches,
+                                      mixed_hierarchy_options const& options, E const& exec) {
   if (patches.empty()) throw std::invalid_argument("build_mixed_hierarchy: expected at least one patch, got none");
   if (patches.size() > std::size_t(std::numeric_limits<std::int32_t>::max() / 2))
     throw std::invalid_argument("build_mixed_hierarchy: expected fewer than 2^30 patches");
   if (options.depth < -1 || options.depth > max_subpatch_depth)
-    throw std::invalid_argument("build_mixed_hierarchy: expected a depth of -1 to " + std::to_string(max_subpatch_depth) +
-                                ", got " + std::to_string(options.depth));
+    throw std::invalid_argument("build_mixed_hierarchy: expected a depth of -1 to " +
+                                std::to_string(max_subpatch_depth) + ", got " + std::to_string(options.depth));
   if (!(options.max_turn > 0)) throw std::invalid_argument("build_mixed_hierarchy: expected max_turn > 0");
 
   std::size_t const n = patches.size();

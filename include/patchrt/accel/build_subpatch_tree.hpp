@@ -107,7 +107,8 @@ inline tangent_cone bound_normals(padded_net const& n) {
     }
     for (int k = 12; k < 16; ++k) x[c][k] = y[c][k] = 0;
   }
-  vec3<float> axis = cross(vec3<float>(mean[0][0], mean[0][1], mean[0][2]), vec3<float>(mean[1][0], mean[1][1], mean[1][2]));
+  vec3<float> axis =
+      cross(vec3<float>(mean[0][0], mean[0][1], mean[0][2]), vec3<float>(mean[1][0], mean[1][1], mean[1][2]));
   float const length = std::sqrt(dot(axis, axis));
   if (!(length > 0)) return {{0, 0, 1}, 2};
   axis = axis / length;

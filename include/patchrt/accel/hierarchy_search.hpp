@@ -71,8 +71,8 @@ template <accuracy A, scalar T> class hierarchy_search {
     s.shift = max(-dot(s.search_origin, s.search_direction) - S(L(2)), S(0));
     s.search_origin = fma(s.shift, s.search_direction, s.search_origin);
     // A direction without a length, or a NaN, is not in the range; such a lane never takes part.
-    s.active = s.active &&
-               convert<TM>(S(0) < length && length < S(std::numeric_limits<L>::infinity()) && r.t_min < r.t_max);
+    s.active =
+        s.active && convert<TM>(S(0) < length && length < S(std::numeric_limits<L>::infinity()) && r.t_min < r.t_max);
     s.direction = convert_vec<T>(s.search_direction);
     s.slabs = make_slab_ray(convert_vec<T>(s.search_origin), s.direction);
     plane_normals(s.direction, s.n1, s.n2);
@@ -97,15 +97,18 @@ template <accuracy A, scalar T> class hierarchy_search {
     T const hx(half.x), hy(half.y), hz(half.z);
     auto const ordinary = T(1e-12f) < size && size < T(1e12f) && far < T(1e12f);
     return !ordinary || (overlap(o.x, d.x, o.y, d.y, fma(hx, ad.y, hy * ad.x)) &&
-           overlap(o.y, d.y, o.z, d.z, fma(hy, ad.z, hz * ad.y)) &&
-           overlap(o.z, d.z, o.x, d.x, fma(hz, ad.x, hx * ad.z)));
+                         overlap(o.y, d.y, o.z, d.z, fma(hy, ad.z, hz * ad.y)) &&
+                         overlap(o.z, d.z, o.x, d.x, fma(hz, ad.x, hx * ad.z)));
   }
 
   /// The octant of most lanes: it says in which order boxes are visited, on which results do not depend.
   PATCHRT_INLINE unsigned common_octant() const {
     unsigned const on = mask_bits(state_.active);
-    auto const most = [on](TM negative) { return 2 * std::popcount(mask_bits(negative) & on) > std::popcount(on) ? 1u : 0u; };
-    return most(state_.direction.x < T(0)) | most(state_.direction.y < T(0)) << 1 | most(state_.direction.z < T(0)) << 2;
+    auto const most = [on](TM negative) {
+      return 2 * std::popcount(mask_bits(negative) & on) > std::popcount(on) ? 1u : 0u;
+    };
+    return most(state_.direction.x < T(0)) | most(state_.direction.y < T(0)) << 1 |
+           most(state_.direction.z < T(0)) << 2;
   }
 
   search_state<A, T> state_;

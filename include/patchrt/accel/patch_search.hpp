@@ -28,9 +28,10 @@ using search_scalar_t = std::conditional_t<A == accuracy::fast, T, rebind_lane_t
 
 /// Work done for a list of rays, in lanes: the figures of the paper's Table 1.
 struct hierarchy_counts {
-  std::uint64_t patches = 0;       ///< (ray, patch) pairs whose sub-patch tree was entered
-  std::uint64_t candidates = 0;    ///< (ray, sub-patch) pairs that Newton's iteration was started for
-  std::uint64_t newton_steps = 0;  ///< evaluations of the two plane functions for one ray, also those that exclude cells
+  std::uint64_t patches = 0;     ///< (ray, patch) pairs whose sub-patch tree was entered
+  std::uint64_t candidates = 0;  ///< (ray, sub-patch) pairs that Newton's iteration was started for
+  std::uint64_t newton_steps =
+      0;  ///< evaluations of the two plane functions for one ray, also those that exclude cells
 };
 
 /// The nearest hits so far of one ray, or of one ray a lane.
@@ -47,15 +48,15 @@ template <accuracy A, scalar T> struct search_state {
   using S = search_scalar_t<A, T>;
 
   mixed_hierarchy_view const& hierarchy;
-  ray<S> user;                                // as it was given
-  vec3<S> search_origin, search_direction;    // in search space, the origin moved by shift
-  S to_search, shift;                         // search-space t = to_search t - shift
+  ray<S> user;                              // as it was given
+  vec3<S> search_origin, search_direction;  // in search space, the origin moved by shift
+  S to_search, shift;                       // search-space t = to_search t - shift
   slab_ray<T> slabs;
   vec3<T> direction, n1, n2, abs_n1, abs_n2;  // search_direction and the normals of its planes
   T search_t_min;
   mask_t<T> active;
   lane_hit<S, T> hit;
-  S nearest;                                  // hit.t in search space
+  S nearest;  // hit.t in search space
   hierarchy_counts* counts = nullptr;
 
   PATCHRT_INLINE search_state(mixed_hierarchy_view const& h, ray<S> const& r) : hierarchy(h), user(r) {
@@ -86,8 +87,14 @@ template <accuracy A, scalar T> class patch_search {
 
   /// `lanes` enter the patch's box at `entry`.
   PATCHRT_INLINE patch_search(search_state<A, T>& state, std::int32_t patch, TM lanes, T entry, unsigned octant)
-      : state_(state), patch_(patch), search_(state.hierarchy.search[patch]), exact_(state.hierarchy.exact[patch]),
-        octant_(octant), lanes_(lanes), entry_(entry), start_(convert<S>(entry)) {}
+      : state_(state),
+        patch_(patch),
+        search_(state.hierarchy.search[patch]),
+        exact_(state.hierarchy.exact[patch]),
+        octant_(octant),
+        lanes_(lanes),
+        entry_(entry),
+        start_(convert<S>(entry)) {}
 
   PATCHRT_OUTLINE void run() {
     // From here on rays start at their entry: what is rounded to float is of the patch's size, wherever the patch is.
@@ -140,7 +147,10 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_OUTLINE void visit_leaf(std::uint32_t k, subpatch_leaf const& leaf) {
     vec3<float> const& step = search_.tree.remainder_step;
     patch_cell<float> const cell = subpatch_cell(search_.tree, k);
-    patch_cell<T> const c{T(cell.x), T(cell.y), T(cell.half_x), T(cell.half_y),
+    patch_cell<T> const c{T(cell.x),
+                          T(cell.y),
+                          T(cell.half_x),
+                          T(cell.half_y),
                           {T(float(leaf.remainder[0]) * step.x), T(float(leaf.remainder[1]) * step.y),
                            T(float(leaf.remainder[2]) * step.z)}};
     if (state_.counts) state_.counts->newton_steps += state_.lanes_on(cell_lanes_);
@@ -159,8 +169,8 @@ template <accuracy A, scalar T> class patch_search {
   }
 
   PATCHRT_OUTLINE void add_parts(TM folded, patch_cell<T> const& c) {
-    subdivide({c.x, c.y, c.half_x, c.half_y, folded},
-              [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) { add(lanes, single, x, y, p); });
+    subdivide<false>({c.x, c.y, c.half_x, c.half_y, folded},
+                     [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) { add(lanes, single, x, y, p); });
   }
 
   /// Puts cells off until Newton's iteration can run with as many lanes as possible.
@@ -181,8 +191,8 @@ template <accuracy A, scalar T> class patch_search {
   /// Halves a cell, each lane along the parameter that bends its Jacobian more, until its parts are seen to have no root, or
   /// one, and gives these to `sink(lanes, single, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the last level
   /// are given as they are, and so is what is left when a lane has seen `most_parts`: a patch that is a line or a point has no
-  /// part that says anything.
-  template <class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cell, Sink&& sink) {
+  /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail.
+  template <bool Thorough, class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cell, Sink&& sink) {
     constexpr int most_levels = 12;
     constexpr float most_parts = 100;
     patch_part<T> parts[most_levels + 1];  // the path to the part at hand
@@ -196,7 +206,9 @@ template <accuracy A, scalar T> class patch_search {
       if (state_.counts) state_.counts->newton_steps += state_.lanes_on(at.lanes);
       TM const possible = at.lanes && v.possible;
       seen = select(at.lanes, seen + T(1), seen);
-      TM const divided = level == most_levels ? possible && !possible : possible && !v.at_most_one && seen < T(most_parts);
+      TM const divided = level == most_levels
+                             ? possible && !possible
+                             : possible && !(Thorough ? v.convergent : v.at_most_one) && seen < T(most_parts);
       TM const whole = possible && !divided;
       if (any_of(whole)) sink(whole, v.at_most_one, v.x, v.y, at);
       if (any_of(divided)) {
@@ -228,10 +240,10 @@ template <accuracy A, scalar T> class patch_search {
   /// Having one root at most does not make Newton's iteration find it: where it went astray, the cell's parts are searched.
   PATCHRT_OUTLINE void search_again(TM astray) {
     auto const& w = waiting_;
-    subdivide({w.cell_x, w.cell_y, w.half_x, w.half_y, astray},
-              [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) {
-                (void)solve(cell_batch{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, single, lanes});
-              });
+    subdivide<true>({w.cell_x, w.cell_y, w.half_x, w.half_y, astray},
+                    [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) {
+                      (void)solve(cell_batch{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, single, lanes});
+                    });
   }
 
   /// Hits from the roots of a batch of cells. Gives the lanes of single cells whose iteration ended neither in its cell nor next
@@ -242,7 +254,7 @@ template <accuracy A, scalar T> class patch_search {
       solve_as_reference(w);
       return w.lanes && !w.lanes;
     } else {
-      newton_result<T> const n = newton(projected_, w.x, w.y, w.lanes, 0x1p-10f, 0.5f, 10);
+      newton_result<T> const n = newton(projected_, w.x, w.y, T(2) * w.half_x, T(2) * w.half_y, w.lanes, 0x1p-10f, 10);
       if (state_.counts) state_.counts->newton_steps += unsigned(n.steps) * state_.lanes_on(w.lanes);
       T const spare(0x1p-10f);
       T const dx = abs(n.x - w.cell_x), dy = abs(n.y - w.cell_y);
@@ -269,9 +281,10 @@ template <accuracy A, scalar T> class patch_search {
       root.u = fma(convert<S>(x), S(0.5), S(0.5));
       root.v = fma(convert<S>(y), S(0.5), S(0.5));
       root.valid = convert<SM>(inside);
-      for_each_part(root, [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
-        correct(exact_.patch, exact_.size, origin, direction, r);
-      });
+      for_each_part(root,
+                    [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
+                      correct(exact_.patch, exact_.size, origin, direction, r);
+                    });
       keep(w, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
     }
   }
@@ -334,16 +347,21 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_INLINE SM first_of_tie(patch_root<S> const& root) const {
     constexpr int N = lanes_v<T>;
     float bits[N];
-    L u[N], v[N], other_u[N], other_v[N];
+    L u[N], v[N], residual[N], other_u[N], other_v[N], other_residual[N];
     store_lanes(state_.hit.patch_bits, bits);
     store_lanes(state_.hit.u, other_u);
     store_lanes(state_.hit.v, other_v);
     store_lanes(root.u, u);
     store_lanes(root.v, v);
+    store_lanes(root.residual, residual);
+    store_lanes(state_.hit.residual, other_residual);
     unsigned first = 0;
     for (int i = 0; i < N; ++i) {
       std::int32_t const other = std::bit_cast<std::int32_t>(bits[i]);
-      bool const wins = patch_ != other ? patch_ < other : u[i] != other_u[i] ? u[i] < other_u[i] : v[i] < other_v[i];
+      bool const wins = patch_ != other         ? patch_ < other
+                        : u[i] != other_u[i] ? u[i] < other_u[i]
+                        : v[i] != other_v[i] ? v[i] < other_v[i]
+                                             : residual[i] < other_residual[i];
       first |= unsigned(wins) << i;
     }
     return convert<SM>(first);

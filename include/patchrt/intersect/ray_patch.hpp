@@ -107,15 +107,14 @@ template <scalar T> struct cell_verdict {
   T x, y;                 ///< where Newton's iteration begins
   mask_t<T> possible;     ///< the cell may have a root
   mask_t<T> at_most_one;  ///< it has no second one
+  mask_t<T> convergent;   ///< nor can Newton's iteration miss its root, from wherever in the cell
   mask_t<T> bends_in_x;   ///< the Jacobian changes more along x than along y
 };
 
 namespace detail {
 /// The expansion of a plane function about a cell's middle, in units of the cell: what it is there, its slopes, and bounds on
 /// what it leaves of its linear part and on what its slopes together change along p and along q.
-template <scalar T> struct cell_expansion {
-  T value, by_x, by_y, remainder, x_change, y_change;
-};
+template <scalar T> struct cell_expansion { T value, by_x, by_y, remainder, x_change, y_change; };
 
 /// c[0] + c[stride] x + ... about `at`, in powers of (x - at) / h.
 template <scalar T> PATCHRT_INLINE void shift_cubic(T const* c, int stride, T at, T h, T* out) {
@@ -142,15 +141,14 @@ PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& x, T const& y, T con
   for (int l = 0; l < 4; ++l) shift_cubic(rows + l, 4, x, half_x, b + l);
   e = {b[0], b[4], b[1], T(0), T(0), T(0)};
   PATCHRT_UNROLL
-  for (int k = 0; k < 4; ++k)
-    PATCHRT_UNROLL
-    for (int l = 0; l < 4; ++l) {
-      if (k + l < 2) continue;
-      T const m = abs(b[4 * k + l]);
-      e.remainder = e.remainder + m;
-      if (k > 0) e.x_change = fma(T(lane_t<T>(k)), m, e.x_change);
-      if (l > 0) e.y_change = fma(T(lane_t<T>(l)), m, e.y_change);
-    }
+  for (int k = 0; k < 4; ++k) PATCHRT_UNROLL
+  for (int l = 0; l < 4; ++l) {
+    if (k + l < 2) continue;
+    T const m = abs(b[4 * k + l]);
+    e.remainder = e.remainder + m;
+    if (k > 0) e.x_change = fma(T(lane_t<T>(k)), m, e.x_change);
+    if (l > 0) e.y_change = fma(T(lane_t<T>(l)), m, e.y_change);
+  }
 }
 }  // namespace detail
 
@@ -159,8 +157,9 @@ PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& x, T const& y, T con
 /// With F = sum b_kl p^k q^l, |p|, |q| <= 1 over the cell, what F leaves of its linear part is at most the sum of the other
 /// |b_kl|, and the Jacobian's change at most the sums of k |b_kl| and l |b_kl|. Multiplied by the Jacobian's adjoint in the middle,
 /// the first gives exclusion as in `linear_start`, multiplied by its transpose one that works where it is singular; the second
-/// gives a P-matrix, hence an injective map, where (|det| - e11) (|det| - e22) > e12 e21 with both factors positive. About 280
-/// operations.
+/// gives a P-matrix, hence an injective map, where (|det| - e11) (|det| - e22) > e12 e21 with both factors positive; where
+/// both row sums of e are under |det| / 4, no two Jacobians of the cell differ by more than 2/3 of either, relatively, and Newton
+/// steps shrink the distance to the root by that. About 280 operations.
 /// \note Gale & Nikaido, "The Jacobian matrix and global univalence of mappings", Math. Ann. 159, 1965, theorem 4.
 template <scalar T>
 PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T y, T half_x, T half_y) {
@@ -174,10 +173,10 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T 
   auto const outside_y = abs(s.dy) > det + fma(gx, f.remainder, fx * g.remainder);
   // J^T F: what is left to be said where both rows of the adjoint point the same way.
   T const mixed = abs(fma(f.by_x, f.by_y, g.by_x * g.by_y));
-  auto const beyond_x = abs(fma(f.by_x, f.value, g.by_x * g.value)) >
-                        mixed + fma(fx, fx + f.remainder, gx * (gx + g.remainder));
-  auto const beyond_y = abs(fma(f.by_y, f.value, g.by_y * g.value)) >
-                        mixed + fma(fy, fy + f.remainder, gy * (gy + g.remainder));
+  auto const beyond_x =
+      abs(fma(f.by_x, f.value, g.by_x * g.value)) > mixed + fma(fx, fx + f.remainder, gx * (gx + g.remainder));
+  auto const beyond_y =
+      abs(fma(f.by_y, f.value, g.by_y * g.value)) > mixed + fma(fy, fy + f.remainder, gy * (gy + g.remainder));
   T const a = det - fma(gy, f.x_change, fy * g.x_change);
   T const b = fma(gy, f.y_change, fy * g.y_change);
   T const c = fma(gx, f.x_change, fx * g.x_change);
@@ -186,9 +185,11 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T 
   v.possible = !(outside_x || outside_y || beyond_x || beyond_y);
   v.bends_in_x = f.y_change + g.y_change <= f.x_change + g.x_change;
   v.at_most_one = T(0) < a && T(0) < d && b * c < a * d;
+  T const quarter = T(lane_t<T>(0.25)) * det;
+  v.convergent = (det - a) + b < quarter && c + (det - d) < quarter;
   T const inverse = T(1) / s.det;
-  T const dx = select(abs(s.dx) < det, s.dx * inverse, T(0));
-  T const dy = select(abs(s.dy) < det, s.dy * inverse, T(0));
+  T const dx = select(abs(s.dx) < det, s.dx * inverse, select(s.dx * s.det < T(0), T(-1), T(1)));
+  T const dy = select(abs(s.dy) < det, s.dy * inverse, select(s.dy * s.det < T(0), T(-1), T(1)));
   v.x = fma(dx, half_x, x);
   v.y = fma(dy, half_y, y);
   return v;
@@ -205,12 +206,11 @@ template <scalar T> struct newton_result {
 ///
 /// A lane has converged after a step shorter than `tolerance` in both parameters, which leaves an error of the order of
 /// tolerance^2 and the rounding of T; it is given up when it has left |x|, |y| <= bound for the second time running or after
-/// `max_steps`. Steps are limited to `reach` a parameter.
+/// `max_steps`. Steps are limited to (limit_x, limit_y).
 template <scalar T>
-PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, mask_t<T> active, lane_t<T> tolerance,
-                                       lane_t<T> reach, int max_steps) {
+PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, T limit_x, T limit_y, mask_t<T> active,
+                                       lane_t<T> tolerance, int max_steps) {
   T const eps(tolerance);
-  T const limit(reach);
   auto converged = active && !active;
   int steps = 0;
   while (steps < max_steps && any_of(active)) {
@@ -218,8 +218,8 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, ma
     scaled_step<T> const s = newton_step(b);
     T const det = abs(s.det);
     T const inverse = T(1) / s.det;
-    T const dx = select(abs(s.dx) < det * limit, s.dx * inverse, select(s.dx * s.det < T(0), -limit, limit));
-    T const dy = select(abs(s.dy) < det * limit, s.dy * inverse, select(s.dy * s.det < T(0), -limit, limit));
+    T const dx = select(abs(s.dx) < det * limit_x, s.dx * inverse, select(s.dx * s.det < T(0), -limit_x, limit_x));
+    T const dy = select(abs(s.dy) < det * limit_y, s.dy * inverse, select(s.dy * s.det < T(0), -limit_y, limit_y));
     x = select(active, x + dx, x);
     y = select(active, y + dy, y);
     auto const small = active && abs(dx) < eps && abs(dy) < eps;
@@ -250,8 +250,8 @@ template <scalar T> struct patch_root {
 /// |coordinate| of the control points); then it is clamped.
 /// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, scalar P>
-PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin, vec3<S> const& direction,
-                             patch_root<S>& root) {
+PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
+                             vec3<S> const& direction, patch_root<S>& root) {
   using L = lane_t<S>;
   S u = root.u, v = root.v;
   auto moving = root.valid;

@@ -26,7 +26,7 @@ template <class T> struct solve_kernel {
     projected_patch<T> const projected = project(powers[i], r.origin, n1, n2);
     cell_start<T> const start = linear_start(projected, magnitude(n1), magnitude(n2), cell);
     cell_verdict<T> const verdict = examine_cell(projected, cell.x, cell.y, cell.half_x, cell.half_y);
-    newton_result<T> const n = newton(projected, start.x, start.y, start.possible, T(0x1p-12), T(0.5), 8);
+    newton_result<T> const n = newton(projected, start.x, start.y, T(0.5), T(0.5), start.possible, T(0x1p-12), 8);
     patch_root<T> root{T(0), fma(n.x, T(0.5), T(0.5)), fma(n.y, T(0.5), T(0.5)), T(0), n.converged};
     correct(patches[i], T(2), r.origin, r.direction, root);
     patch_root<T> reference{T(0), T(0.5), T(0.5), T(0), start.possible};
