@@ -221,8 +221,8 @@ inline subpatch_tree build_subpatch_tree(bicubic_patch<float> const& patch, subp
     for (int c = 0; c < 3; ++c)
       leaves[k].remainder[c] = static_cast<std::uint8_t>(exact.remainders[k][c] * per_remainder[c] + 1.5f);
     for (int c = 0; c < 3; ++c) leaves[k].axis[c] = static_cast<std::int8_t>(std::lround(127 * exact.cones[k].axis[c]));
-    // Rounding the axis turns it by up to sqrt(3) / 254 < 0.0069.
-    float const sine = (exact.cones[k].sine + 0.008f) * 255.0f + 1.0f;
+    // Rounding the axis turns it, and changes its length, by up to sqrt(3) / 254 < 0.0069.
+    float const sine = (exact.cones[k].sine + 0.015f) * 255.0f + 1.0f;
     leaves[k].sine = static_cast<std::uint8_t>(std::min(sine, 255.0f));
     leaves[k].unused = 0;
   }

@@ -161,7 +161,8 @@ template <accuracy A, scalar T> class patch_search {
       TM const possible = cell_lanes_ && begin.possible;
       if (!any_of(possible)) return;
       vec3<T> const axis{T(float(leaf.axis[0])), T(float(leaf.axis[1])), T(float(leaf.axis[2]))};
-      TM const single = possible && T(float(leaf.sine) * (127.0f / 255.0f)) < abs(dot(state_.direction, axis));
+      float const sine = leaf.sine == 255 ? 2.0f : float(leaf.sine) / 255.0f;
+      TM const single = possible && T(127.0f * sine) < abs(dot(state_.direction, axis));
       if (any_of(single)) add(single, single, begin.x, begin.y, {c.x, c.y, c.half_x, c.half_y, single});
       TM const folded = possible && !single;
       if (any_of(folded)) add_parts(folded, c);
