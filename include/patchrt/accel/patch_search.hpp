@@ -195,7 +195,7 @@ template <accuracy A, scalar T> class patch_search {
   /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail.
   template <bool Thorough, class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cell, Sink&& sink) {
     constexpr int most_levels = 12;
-    constexpr float most_parts = 100;
+    constexpr float most_parts = 500;
     patch_part<T> parts[most_levels + 1];  // the path to the part at hand
     parts[0] = cell;
     T seen(0);
