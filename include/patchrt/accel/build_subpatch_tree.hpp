@@ -112,8 +112,8 @@ inline tangent_cone bound_normals(padded_net const& n) {
   float const length = std::sqrt(dot(axis, axis));
   if (!(length > 0)) return {{0, 0, 1}, 2};
   axis = axis / length;
-  float least[16], longest[16];
-  for (int k = 0; k < 16; ++k) least[k] = 1, longest[k] = 0;
+  float least[16];
+  for (int k = 0; k < 16; ++k) least[k] = 1;
   for (int a = 0; a < 12; ++a)
     for (int k = 0; k < 16; ++k) {
       float const cx = x[1][a] * y[2][k] - x[2][a] * y[1][k];
@@ -121,7 +121,6 @@ inline tangent_cone bound_normals(padded_net const& n) {
       float const cz = x[0][a] * y[1][k] - x[1][a] * y[0][k];
       float const along = axis.x * cx + axis.y * cy + axis.z * cz;
       float const squared = cx * cx + cy * cy + cz * cz;
-      longest[k] = std::max(longest[k], squared);
       // the cosine's sign times its square, without a root; a product that vanished says nothing
       float const cosine = squared > 0 ? along * std::fabs(along) / squared : 1.0f;
       least[k] = std::min(least[k], cosine);
