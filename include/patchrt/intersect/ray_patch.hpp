@@ -96,10 +96,8 @@ PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T> const& p, vec3<T> c
   T const det = abs(s.det);
   T const reach_x = fma(det, c.half_x, fma(abs(b.gy), rf, abs(b.fy) * rg));
   T const reach_y = fma(det, c.half_y, fma(abs(b.gx), rf, abs(b.fx) * rg));
-  T const inverse = T(1) / s.det;
-  T const dx = select(abs(s.dx) < det * c.half_x, s.dx * inverse, select(s.dx * s.det < T(0), -c.half_x, c.half_x));
-  T const dy = select(abs(s.dy) < det * c.half_y, s.dy * inverse, select(s.dy * s.det < T(0), -c.half_y, c.half_y));
-  return {c.x + dx, c.y + dy, abs(s.dx) <= reach_x && abs(s.dy) <= reach_y};
+  limited_step<T> const step = limit_step(s, c.half_x, c.half_y);
+  return {c.x + step.dx, c.y + step.dy, abs(s.dx) <= reach_x && abs(s.dy) <= reach_y};
 }
 
 /// What is known of the roots in one cell.
@@ -187,11 +185,9 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T 
   v.at_most_one = T(0) < a && T(0) < d && b * c < a * d;
   T const quarter = T(lane_t<T>(0.25)) * det;
   v.convergent = (det - a) + b < quarter && c + (det - d) < quarter;
-  T const inverse = T(1) / s.det;
-  T const dx = select(abs(s.dx) < det, s.dx * inverse, select(s.dx * s.det < T(0), T(-1), T(1)));
-  T const dy = select(abs(s.dy) < det, s.dy * inverse, select(s.dy * s.det < T(0), T(-1), T(1)));
-  v.x = fma(dx, half_x, x);
-  v.y = fma(dy, half_y, y);
+  limited_step<T> const step = limit_step(s, T(1), T(1));
+  v.x = fma(step.dx, half_x, x);
+  v.y = fma(step.dy, half_y, y);
   return v;
 }
 
@@ -205,8 +201,7 @@ template <scalar T> struct newton_result {
 /// Newton's iteration on the two plane functions from (x, y), for the lanes in `active`.
 ///
 /// A lane has converged after a step shorter than `tolerance` in both parameters, which leaves an error of the order of
-/// tolerance^2 and the rounding of T; it is given up when it has left |x|, |y| <= bound for the second time running or after
-/// `max_steps`. Steps are limited to (limit_x, limit_y).
+/// tolerance^2 and the rounding of T; it is given up when it has left |x|, |y| < 1.5 or after `max_steps`. Steps are limited to (limit_x, limit_y).
 template <scalar T>
 PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, T limit_x, T limit_y, mask_t<T> active,
                                        lane_t<T> tolerance, int max_steps) {
@@ -215,14 +210,10 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, T 
   int steps = 0;
   while (steps < max_steps && any_of(active)) {
     bivariate<T> const b = evaluate(p, x, y);
-    scaled_step<T> const s = newton_step(b);
-    T const det = abs(s.det);
-    T const inverse = T(1) / s.det;
-    T const dx = select(abs(s.dx) < det * limit_x, s.dx * inverse, select(s.dx * s.det < T(0), -limit_x, limit_x));
-    T const dy = select(abs(s.dy) < det * limit_y, s.dy * inverse, select(s.dy * s.det < T(0), -limit_y, limit_y));
-    x = select(active, x + dx, x);
-    y = select(active, y + dy, y);
-    auto const small = active && abs(dx) < eps && abs(dy) < eps;
+    limited_step<T> const step = limit_step(newton_step(b), limit_x, limit_y);
+    x = select(active, x + step.dx, x);
+    y = select(active, y + step.dy, y);
+    auto const small = active && abs(step.dx) < eps && abs(step.dy) < eps;
     converged = converged || small;
     T const away(lane_t<T>(1.5));
     active = active && !small && abs(x) < away && abs(y) < away;

@@ -252,26 +252,24 @@ template <class T, int N> struct scalar_traits<pack<T, N>> {
   static constexpr int lanes = N;
 };
 
-template <class T, int N> struct scalar_parts<pack<T, N>> {
-  using part = pack<T, pack<T, N>::width>;
-  static constexpr int count = pack<T, N>::parts;
-  PATCHRT_INLINE static part get(pack<T, N> const& x, int i) {
+namespace detail {
+/// The parts of a pack or a mask: each its own register as a `Part`.
+template <class Whole, class Part> struct register_parts {
+  using part = Part;
+  static constexpr int count = Whole::parts;
+  PATCHRT_INLINE static part get(Whole const& x, int i) {
     part p;
     p.part[0] = x.part[i];
     return p;
   }
-  PATCHRT_INLINE static void set(pack<T, N>& x, int i, part const& p) { x.part[i] = p.part[0]; }
+  PATCHRT_INLINE static void set(Whole& x, int i, part const& p) { x.part[i] = p.part[0]; }
 };
-template <class T, int N> struct scalar_parts<pack_mask<T, N>> {
-  using part = pack_mask<T, pack_mask<T, N>::width>;
-  static constexpr int count = pack_mask<T, N>::parts;
-  PATCHRT_INLINE static part get(pack_mask<T, N> const& x, int i) {
-    part p;
-    p.part[0] = x.part[i];
-    return p;
-  }
-  PATCHRT_INLINE static void set(pack_mask<T, N>& x, int i, part const& p) { x.part[i] = p.part[0]; }
-};
+}  // namespace detail
+
+template <class T, int N>
+struct scalar_parts<pack<T, N>> : detail::register_parts<pack<T, N>, pack<T, pack<T, N>::width>> {};
+template <class T, int N>
+struct scalar_parts<pack_mask<T, N>> : detail::register_parts<pack_mask<T, N>, pack_mask<T, pack_mask<T, N>::width>> {};
 
 /// Lanes to lanes of the other precision.
 template <class To, class From, int N>

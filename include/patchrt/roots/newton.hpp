@@ -26,4 +26,17 @@ template <scalar T> PATCHRT_INLINE scaled_step<T> newton_step(bivariate<T> const
           difference_of_products(b.fx, b.gy, b.fy, b.gx)};
 }
 
+/// A step in x and y.
+template <scalar T> struct limited_step {
+  T dx, dy;
+};
+
+/// The step itself where it is shorter than the limit, else the limit in its direction; x and y apart. det = 0 steps to the limit.
+template <scalar T> PATCHRT_INLINE limited_step<T> limit_step(scaled_step<T> const& s, T limit_x, T limit_y) {
+  T const det = abs(s.det);
+  T const inverse = T(1) / s.det;
+  return {select(abs(s.dx) < det * limit_x, s.dx * inverse, select(s.dx * s.det < T(0), -limit_x, limit_x)),
+          select(abs(s.dy) < det * limit_y, s.dy * inverse, select(s.dy * s.det < T(0), -limit_y, limit_y))};
+}
+
 }  // namespace patchrt
