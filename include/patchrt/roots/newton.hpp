@@ -31,12 +31,12 @@ template <scalar T> struct limited_step {
   T dx, dy;
 };
 
-/// The step itself where it is shorter than the limit, else the limit in its direction; x and y apart. det = 0 steps to the limit.
+/// The step itself, within one epsilon, where it is shorter than the limit, else the limit in its direction; x and y apart.
+/// Always a number: a step of 0/0 is the limit.
 template <scalar T> PATCHRT_INLINE limited_step<T> limit_step(scaled_step<T> const& s, T limit_x, T limit_y) {
-  T const det = abs(s.det);
   T const inverse = T(1) / s.det;
-  return {select(abs(s.dx) < det * limit_x, s.dx * inverse, select(s.dx * s.det < T(0), -limit_x, limit_x)),
-          select(abs(s.dy) < det * limit_y, s.dy * inverse, select(s.dy * s.det < T(0), -limit_y, limit_y))};
+  // `min` drops the NaN of 0 times an infinite inverse.
+  return {max(min(s.dx * inverse, limit_x), -limit_x), max(min(s.dy * inverse, limit_y), -limit_y)};
 }
 
 }  // namespace patchrt
