@@ -30,6 +30,7 @@ struct render_options : trace_options {
   std::optional<vec3<double>> eye, target;
   vec3<double> up{0, 0, 1};
   double vfov = 35;
+  bool cull_back_faces = false, flip_normals = false;
   bool quiet = false;
 };
 
@@ -51,6 +52,9 @@ void add_options(CLI::App& app, render_options& o) {
       ->check(CLI::IsMember(aov_names()))
       ->capture_default_str()
       ->type_name("WHAT");
+  auto* const cull =
+      app.add_flag("--cull-back-faces", o.cull_back_faces, "Leave out sub-patches whose normals Su x Sv face away");
+  app.add_flag("--flip-normals", o.flip_normals, "Back faces are those whose normals Sv x Su face away")->needs(cull);
   app.add_option("--stats", o.stats, "Figures of the run, as JSON")->type_name("FILE.json");
   app.add_flag("--quiet", o.quiet, "No progress bar, no summary");
 }
@@ -100,7 +104,10 @@ void render(render_options const& o) {
   if (!o.stats.empty()) stats_file.emplace(o.stats);
 
   camera const view = make_camera(o, patches);
-  tracer const model(patches, o.threads);
+  tracer model(patches, o.threads);
+  double culled = 0;
+  if (o.cull_back_faces)
+    culled = model.cull_back_faces(view.eye, o.flip_normals ? patch_front::against_normal : patch_front::along_normal);
   image picture(o.size);
   trace_statistics s;
   {
@@ -110,10 +117,12 @@ void render(render_options const& o) {
   }
   write_png(picture_file, picture);
   if (stats_file) stats_file->write(to_json(s, model).dump(2) + "\n");
-  if (!o.quiet)
+  if (!o.quiet) {
     std::printf("%s: %zu patches, %dx%d pixels, %zu hits, traced in %.3g s (%.3g Mrays/s), built in %.3g s\n",
                 o.output.c_str(), patches.size(), o.size.width, o.size.height, s.hits, s.seconds, s.mrays_per_s(),
                 model.build_seconds());
+    if (o.cull_back_faces) std::printf("%.3g %% of the sub-patches culled\n", 100 * culled);
+  }
 }
 
 }  // namespace

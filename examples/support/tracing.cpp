@@ -11,13 +11,13 @@ namespace patchrt::examples {
 namespace {
 
 template <accuracy A>
-void trace_at(mixed_hierarchy const& hierarchy, bool any, std::span<ray<double> const> rays, std::span<patch_hit> hits,
-              openmp const& exec, hierarchy_counts* counts) {
-  if (any) trace::any_hits<A>(hierarchy.view(), rays, hits, exec, counts);
-  else trace::closest_hits<A>(hierarchy.view(), rays, hits, exec, counts);
+void trace_at(mixed_hierarchy_view const& hierarchy, bool any, std::span<ray<double> const> rays,
+              std::span<patch_hit> hits, openmp const& exec, hierarchy_counts* counts) {
+  if (any) trace::any_hits<A>(hierarchy, rays, hits, exec, counts);
+  else trace::closest_hits<A>(hierarchy, rays, hits, exec, counts);
 }
 
-void trace_with(accuracy level, mixed_hierarchy const& hierarchy, bool any, std::span<ray<double> const> rays,
+void trace_with(accuracy level, mixed_hierarchy_view const& hierarchy, bool any, std::span<ray<double> const> rays,
                 std::span<patch_hit> hits, openmp const& exec, hierarchy_counts* counts) {
   switch (level) {
     case accuracy::fast:
@@ -55,14 +55,19 @@ tracer::tracer(std::span<bicubic_patch<double> const> patches, int threads) : ex
   build_seconds_ = watch.seconds();
 }
 
+double tracer::cull_back_faces(vec3<double> const& eye, patch_front front) {
+  visible_ = patchrt::cull_back_faces(hierarchy_, eye, executor_, front);
+  return double(visible_->culled_leaves()) / double(visible_->leaf_count());
+}
+
 void tracer::trace(accuracy level, bool any, std::span<ray<double> const> rays, std::span<patch_hit> hits) const {
-  trace_with(level, hierarchy_, any, rays, hits, executor_, nullptr);
+  trace_with(level, view(), any, rays, hits, executor_, nullptr);
 }
 
 hierarchy_counts tracer::count_work(accuracy level, bool any, std::span<ray<double> const> rays) const {
   hierarchy_counts counts;
   std::vector<patch_hit> hits(rays.size());
-  trace_with(level, hierarchy_, any, rays, hits, executor_, &counts);
+  trace_with(level, view(), any, rays, hits, executor_, &counts);
   return counts;
 }
 

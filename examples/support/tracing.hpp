@@ -2,11 +2,13 @@
 #pragma once
 
 #include <patchrt/accel/build_mixed_hierarchy.hpp>
+#include <patchrt/accel/cull_back_faces.hpp>
 #include <patchrt/exec/openmp.hpp>
 #include <patchrt/shapes/bezier_patch.hpp>
 #include <patchrt/trace/fused.hpp>
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,6 +28,11 @@ class tracer {
  public:
   /// \param threads 0 leaves the number to OpenMP.
   tracer(std::span<bicubic_patch<double> const> patches, int threads);
+  tracer(tracer const&) = delete;
+  tracer& operator=(tracer const&) = delete;
+
+  /// From now on rays, which must begin at `eye`, may miss what turns its back to it. Gives the share of sub-patches left out.
+  double cull_back_faces(vec3<double> const& eye, patch_front front);
 
   /// The nearest hit of each ray; some hit where `any`.
   void trace(accuracy level, bool any, std::span<ray<double> const> rays, std::span<patch_hit> hits) const;
@@ -38,8 +45,11 @@ class tracer {
   std::size_t patch_bytes() const { return hierarchy_.patch_bytes(); }
 
  private:
+  mixed_hierarchy_view view() const { return visible_ ? visible_->view() : hierarchy_.view(); }
+
   openmp executor_;
   mixed_hierarchy hierarchy_;
+  std::optional<visible_hierarchy> visible_;
   double build_seconds_ = 0;
 };
 

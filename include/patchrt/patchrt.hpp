@@ -32,4 +32,5 @@
 #  include <patchrt/accel/build_mixed_hierarchy.hpp>
 #  include <patchrt/accel/build_sah.hpp>
 #  include <patchrt/accel/build_subpatch_tree.hpp>
+#  include <patchrt/accel/cull_back_faces.hpp>
 #endif

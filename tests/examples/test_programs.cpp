@@ -172,6 +172,7 @@ TEST_CASE("bad input ends a program with status 1 and one line that says what is
       {render + "$teapot -o t.png --eye 1,2,3 --look-at 1,2,3", "camera: the eye is at the point looked at"},
       {render + "$teapot -o t.png --up 0,0,0", "camera: the up direction has no length"},
       {render + "$teapot -o t.png --eye 0,0,9 --look-at 0,0,0", "camera: the up direction is along the view"},
+      {render + "$teapot -o t.png --flip-normals", "--flip-normals requires --cull-back-faces"},
       {render + "$teapot -o t.png --aov colour", "--aov: colour not in {shaded,depth,normal,uv,patch}"},
       {accuracy_program + "$teapot --size 5000", "--size: expected a number of pixels from 1 to 4096, got '5000'"},
       // the command line itself
@@ -404,6 +405,23 @@ TEST_CASE("the framed teapot covers a good part of the picture, and none where t
   CHECK((2000 < side && side < 6000));
   CHECK(hits("--eye 0,-20,1.5 --look-at 0,-40,1.5") == 0);
   CHECK(hits("--eye 0,0,1 --look-at 3,0,1") == 10000);  // from within
+}
+
+TEST_CASE("culling back faces leaves the picture of the teapot's outside as it is, for less work") {
+  test::temporary_folder const folder;
+  auto const work = [&](std::string const& name, std::string const& options) {
+    std::string const camera = " --eye 2,-20,-2 --look-at 0.2,0,1.5 --vfov 20";  // not through the gap below the lid
+    auto const got = run(folder, render + "$teapot --size 120x120 --stats t.json -o " + name + camera + options);
+    REQUIRE(got.status == 0);
+    CHECK((got.out.find("sub-patches culled") != got.out.npos) == !options.empty());
+    return nlohmann::json::parse(contents(folder / "t.json")).at("candidates_per_ray").get<double>();
+  };
+  double const all = work("all.png", "");
+  double const outside = work("outside.png", " --cull-back-faces --flip-normals");
+  work("inside.png", " --cull-back-faces");  // the teapot's normals point inward
+  CHECK((contents(folder / "outside.png") == contents(folder / "all.png")));
+  CHECK((contents(folder / "inside.png") != contents(folder / "all.png")));
+  CHECK((0 < outside && outside < all));
 }
 
 TEST_CASE("the accuracy table has a row a level, errors falling from fast to refined") {
