@@ -50,8 +50,8 @@ struct known_root {
   }
 };
 
-/// Rays through bumpy sheets, some nearly tangent to them, from nearby and from afar, and their regular roots well within
-/// the patch.
+/// Rays through bumpy sheets, some nearly tangent to them, from nearby and from afar, and their regular roots well
+/// within the patch.
 template <class Generator> std::vector<known_root> make_roots(Generator& g, int count, double least_cos) {
   std::vector<known_root> all;
   while (int(all.size()) < count) {
@@ -293,17 +293,21 @@ TEST_CASE("whatever the start, the solver on planes says it has a root only wher
   CHECK(most_steps <= 16);
 }
 
-TEST_CASE("the solver on planes gives up on a ray under a bowl") {
+TEST_CASE("the solver on planes soon gives up on a ray under a bowl, however close") {
   unsigned const seed = 355;
   CAPTURE(seed);
   std::mt19937 g(seed);
   auto const p = bowl();
-  for (int n = 0; n < 1000; ++n) {
-    vec3<double> const origin{-2, uniform(g, -1, 1), -uniform(g, 0.1, 1)};
+  int steps = 0;
+  constexpr int rays = 2000;
+  for (int n = 0; n < rays; ++n) {
+    vec3<double> const origin{-2, 0, -std::pow(10, uniform(g, -11, 0))};
     patch_root<double> r{0, uniform(g), uniform(g), 0, true};
-    REQUIRE(solve_on_planes(p, 1., origin, vec3<double>{1, uniform(g, -0.1, 0.1), 0}, r) <= 16);
+    CAPTURE(origin.z, r.u, r.v);
+    steps += solve_on_planes(p, 1., origin, vec3<double>{1, 0, 0}, r);
     REQUIRE(!r.valid);
   }
+  CHECK(steps < 12 * rays);
 }
 
 TEST_CASE("every lane of a pack is corrected and solved as the scalar is, and lanes without a root stay without") {

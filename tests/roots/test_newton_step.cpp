@@ -156,6 +156,8 @@ TEMPLATE_TEST_CASE("a limited step is a number for all finite numerators and det
         if (det == 0) {
           REQUIRE(std::fabs(step.dx) == limit);  // no direction to trust, but away from here
           REQUIRE(std::fabs(step.dy) == 1);
+        } else if (std::fabs(det) <= T(1) / limits::max()) {
+          REQUIRE(step.dy == 1);  // 0 times an inverse that overflows
         } else if (std::fabs(det) >= limits::min()) {
           REQUIRE(step.dy == 0);
           REQUIRE((step.dx == 0 || (step.dx < 0) == ((dx < 0) != (det < 0))));
