@@ -66,6 +66,23 @@ TEMPLATE_TEST_CASE("difference_of_products stays within 1.5 ulp where the produc
   CHECK(worst > 0.4);
 }
 
+TEMPLATE_TEST_CASE("power_of_two_below is the greatest power of two not above a normal number", "", float, double) {
+  using T = TestType;
+  unsigned const seed = 5;
+  CAPTURE(seed);
+  std::mt19937 g(seed);
+  int const widest = std::numeric_limits<T>::max_exponent - 1;
+  for (int n = 0; n < 10000; ++n) {
+    int const exponent = std::uniform_int_distribution<int>(2 - std::numeric_limits<T>::max_exponent, widest)(g);
+    T const p = std::ldexp(T(1), exponent);
+    T const a = std::min(p * std::uniform_real_distribution<T>(1, 2)(g), std::nextafter(2 * p, T(0)));
+    REQUIRE(power_of_two_below(a) == p);
+    REQUIRE(power_of_two_below(p) == p);
+  }
+  CHECK(power_of_two_below(T(0)) == 0);
+  CHECK(power_of_two_below(std::numeric_limits<T>::infinity()) == std::numeric_limits<T>::infinity());
+}
+
 TEMPLATE_TEST_CASE("fma rounds once", "", float, double) {
   using T = TestType;
   std::mt19937 g(2);

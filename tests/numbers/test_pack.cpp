@@ -100,6 +100,7 @@ template <class T, class Wide, class Narrow> bool lanes_agree(Wide const& wide, 
 
 TEMPLATE_TEST_CASE("every operation gives each lane the bits of the scalar operation", "", PATCHRT_TEST_PACKS) {
   static_assert(scalar<TestType>);
+  PATCHRT_LANES_AGREE(power_of_two_below(abs(a)));
   PATCHRT_LANES_AGREE(a + b);
   PATCHRT_LANES_AGREE(a - b);
   PATCHRT_LANES_AGREE(a * b);
@@ -167,6 +168,37 @@ TEMPLATE_TEST_CASE("loading and storing keep every lane in its place", "", PATCH
     CHECK(out[k + 1] == L(k + 1));
     CHECK(T(L(7))[k] == 7);
   }
+}
+
+TEMPLATE_TEST_CASE("permute gives each lane the lane it is told", "", PATCHRT_TEST_PACKS) {
+  using T = TestType;
+  using L = lane_t<T>;
+  constexpr int lanes = lanes_v<T>;
+  unsigned const seed = 11;
+  CAPTURE(seed);
+  std::mt19937 g(seed);
+  L in[lanes];
+  for (int k = 0; k < lanes; ++k) in[k] = L(k + 1);
+  T a;
+  load_lanes(in, a);
+  for (int n = 0; n < 50; ++n) {
+    std::int32_t from[lanes];
+    for (auto& k : from) k = std::int32_t(g() % unsigned(lanes));
+    T const b = permute(a, from);
+    for (int k = 0; k < lanes; ++k) REQUIRE(b[k] == in[from[k]]);
+  }
+}
+
+TEMPLATE_TEST_CASE("records of eight numbers are loaded number by number", "", PATCHRT_TEST_PACKS) {
+  using T = TestType;
+  using L = lane_t<T>;
+  constexpr int lanes = lanes_v<T>;
+  std::vector<L> in(8 * lanes + 1);
+  for (std::size_t k = 0; k < in.size(); ++k) in[k] = L(k);
+  T out[8];
+  load_records(in.data() + 1, out);  // at no multiple of the register's size
+  for (int k = 0; k < 8; ++k)
+    for (int i = 0; i < lanes; ++i) REQUIRE(out[k][i] == L(8 * i + k + 1));
 }
 
 TEMPLATE_TEST_CASE("masks convert to bits and back, lane 0 lowest", "", PATCHRT_TEST_PACKS) {

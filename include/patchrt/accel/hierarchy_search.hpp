@@ -17,24 +17,26 @@ namespace detail {
 ///
 /// What makes hits independent of the order in which boxes and lanes are visited: a root of a sub-patch counts only where
 /// it is not nearer than the computed entry into the sub-patch's box (and that of its patch), and a box is skipped only where
-/// its entry is beyond the nearest root, all in the same arithmetic; so a skipped box never held the answer. Ties go
-/// to the smaller patch number, then u, then v.
+/// its entry is beyond the nearest root, all in the same arithmetic; so a skipped box never held the answer. In the same way a
+/// root in float is left uncorrected where it is more than 2^-13 of the patch's size beyond the nearest, and counts only where
+/// the correction does not bring it nearer by more than that. Ties go to the smaller patch number, then u, then v.
 template <accuracy A, scalar T> class hierarchy_search {
  public:
   using S = search_scalar_t<A, T>;
   using TM = mask_t<T>;
   using L = lane_t<S>;
 
-  PATCHRT_INLINE hierarchy_search(mixed_hierarchy_view const& hierarchy, ray<S> const& r, TM active)
-      : state_(hierarchy, r) {
-    state_.active = active && near_scene();
-    if (any_of(state_.active)) prepare(r);
+  /// \pre some lane is in `active`
+  template <class R>
+  PATCHRT_INLINE hierarchy_search(mixed_hierarchy_view const& hierarchy, ray<R> const& r, TM active)
+      : state_(hierarchy) {
+    prepare({convert_vec<S>(r.origin), convert_vec<S>(r.direction), convert<S>(r.t_min), convert<S>(r.t_max)}, active);
   }
 
   /// The nearest hits, or any where `AnyHit`.
   template <bool AnyHit> PATCHRT_INLINE lane_hit<S, T> const& run(hierarchy_counts* counts) {
-    if (!any_of(state_.active)) return state_.hit;
     state_.counts = counts;
+    if (!any_of(state_.active)) return state_.hit;
     unsigned const octant = common_octant();
     T nearest = convert<T>(state_.nearest);
     T entry;
@@ -62,43 +64,37 @@ template <accuracy A, scalar T> class hierarchy_search {
 
  private:
   /// Everything in search space, and what the search needs of it.
-  PATCHRT_INLINE void prepare(ray<S> const& r) {
+  PATCHRT_INLINE void prepare(ray<S> const& r, TM active) {
     auto& s = state_;
-    S const length = sqrt(dot(r.direction, r.direction));
-    s.to_search = length * S(static_cast<L>(s.hierarchy.inverse_scale));
-    s.search_direction = scale(r.direction, S(1) / length);
+    S const zero(L(0));
+    s.user = r;
+    s.hit.t = r.t_max;
+    s.hit.u = s.hit.v = s.hit.residual = zero;
+    s.hit.patch_bits = T(0);
+    s.hit.valid = zero < zero;
+    // Scaled by a power of two, exactly: the largest component is in [1, 2).
+    S const scaled = power_of_two_below(max(abs(r.direction.x), max(abs(r.direction.y), abs(r.direction.z))));
+    s.search_direction = scale(r.direction, S(L(1)) / scaled);
+    s.to_search = scaled * S(static_cast<L>(s.hierarchy.inverse_scale));
+    s.direction = convert_vec<T>(s.search_direction);
+    s.squared_length = dot(s.direction, s.direction);
+    s.search_origin = scale(difference(r.origin, convert_vec<S>(vec3<L>(s.hierarchy.centre))),
+                            S(static_cast<L>(s.hierarchy.inverse_scale)));
     // Rays from afar start where they enter the ball of radius 2 around the scene, before anything is rounded to float.
-    s.shift = max(-dot(s.search_origin, s.search_direction) - S(L(2)), S(0));
+    S per_square = convert<S>(T(1) / s.squared_length);
+    per_square = per_square * fma(-per_square, dot(s.search_direction, s.search_direction), S(L(2)));
+    s.shift = max(fma(-dot(s.search_origin, s.search_direction), per_square, S(L(-2))), zero);
     s.search_origin = fma(s.shift, s.search_direction, s.search_origin);
     // A direction without a length, or a NaN, is not in the range; such a lane never takes part.
+    S const squared = dot(r.direction, r.direction);
     s.active =
-        s.active && convert<TM>(S(0) < length && length < S(std::numeric_limits<L>::infinity()) && r.t_min < r.t_max);
-    s.direction = convert_vec<T>(s.search_direction);
+        active && convert<TM>(zero < squared && squared < S(std::numeric_limits<L>::infinity()) && r.t_min < r.t_max);
     s.slabs = make_slab_ray(convert_vec<T>(s.search_origin), s.direction);
     plane_normals(s.direction, s.n1, s.n2);
     s.abs_n1 = {abs(s.n1.x), abs(s.n1.y), abs(s.n1.z)};
     s.abs_n2 = {abs(s.n2.x), abs(s.n2.y), abs(s.n2.z)};
     s.nearest = fma(r.t_max, s.to_search, -s.shift);
     s.search_t_min = convert<T>(fma(r.t_min, s.to_search, -s.shift)) - T(search_margin);
-  }
-
-  /// False only for lanes whose line misses the scene's box: the separating axes of line and box,
-  /// which need no division. Rays too far or too long or short for float are not judged.
-  PATCHRT_INLINE TM near_scene() const {
-    vec3<T> const o = convert_vec<T>(state_.search_origin), d = convert_vec<T>(state_.user.direction);
-    vec3<T> const ad{abs(d.x), abs(d.y), abs(d.z)};
-    vec3<float> const& half = state_.hierarchy.half_extent;
-    T const far = abs(o.x) + abs(o.y) + abs(o.z);
-    T const size = ad.x + ad.y + ad.z;
-    T const slack = fma(far, T(0x1p-20f), T(0x1p-20f)) * size;
-    auto const overlap = [&](T const& oa, T const& da, T const& ob, T const& db, T const& reach) {
-      return abs(fma(oa, db, -(ob * da))) <= reach + slack;
-    };
-    T const hx(half.x), hy(half.y), hz(half.z);
-    auto const ordinary = T(1e-12f) < size && size < T(1e12f) && far < T(1e12f);
-    return !ordinary || (overlap(o.x, d.x, o.y, d.y, fma(hx, ad.y, hy * ad.x)) &&
-                         overlap(o.y, d.y, o.z, d.z, fma(hy, ad.z, hz * ad.y)) &&
-                         overlap(o.z, d.z, o.x, d.x, fma(hz, ad.x, hx * ad.z)));
   }
 
   /// The octant of most lanes: it says in which order boxes are visited, on which results do not depend.
@@ -114,17 +110,38 @@ template <accuracy A, scalar T> class hierarchy_search {
   search_state<A, T> state_;
 };
 
+/// False only for lanes whose line misses the scene's box: the separating axes of line and box, which need no division. Rays
+/// too far or too long or short for float are not judged.
+template <scalar T, class R> PATCHRT_INLINE mask_t<T> near_scene(mixed_hierarchy_view const& h, ray<R> const& r) {
+  T const inverse_scale(static_cast<float>(h.inverse_scale));
+  vec3<T> const d = convert_vec<T>(r.direction), from_zero = scale(convert_vec<T>(r.origin), inverse_scale);
+  vec3<double> const centre = h.centre * h.inverse_scale;
+  vec3<T> const o = {from_zero.x - T(static_cast<float>(centre.x)), from_zero.y - T(static_cast<float>(centre.y)),
+                     from_zero.z - T(static_cast<float>(centre.z))};
+  vec3<T> const ad{abs(d.x), abs(d.y), abs(d.z)};
+  T const far = abs(o.x) + abs(o.y) + abs(o.z) + abs(from_zero.x) + abs(from_zero.y) + abs(from_zero.z);
+  T const size = ad.x + ad.y + ad.z;
+  T const slack = fma(far, T(0x1p-20f), T(0x1p-20f)) * size;
+  auto const overlap = [&](T const& oa, T const& da, T const& ob, T const& db, T const& reach) {
+    return abs(fma(oa, db, -(ob * da))) <= reach + slack;
+  };
+  T const hx(h.half_extent.x), hy(h.half_extent.y), hz(h.half_extent.z);
+  auto const ordinary = T(1e-12f) < size && size < T(1e12f) && far < T(1e12f);
+  return !ordinary || (overlap(o.x, d.x, o.y, d.y, fma(hx, ad.y, hy * ad.x)) &&
+                       overlap(o.y, d.y, o.z, d.z, fma(hy, ad.z, hz * ad.y)) &&
+                       overlap(o.z, d.z, o.x, d.x, fma(hz, ad.x, hx * ad.z)));
+}
+
 }  // namespace detail
 
 /// Nearest hit of each ray in (t_min, t_max); with `AnyHit` some hit, found sooner: for shadow rays.
 ///
 /// T = float traces one ray, T = pack<float, N> N rays at once, with the same bits in every lane. `counts`, where not null, is
 /// added to.
-template <accuracy A, bool AnyHit, scalar T>
-PATCHRT_INLINE lane_hit<search_scalar_t<A, T>, T> intersect(mixed_hierarchy_view const& hierarchy,
-                                                            ray<search_scalar_t<A, T>> const& r, mask_t<T> active,
-                                                            hierarchy_counts* counts = nullptr) {
-  detail::hierarchy_search<A, T> search(hierarchy, r, active);
+template <accuracy A, bool AnyHit, scalar T, class R>
+PATCHRT_INLINE lane_hit<search_scalar_t<A, T>, T> intersect(mixed_hierarchy_view const& hierarchy, ray<R> const& r,
+                                                            mask_t<T> active, hierarchy_counts* counts = nullptr) {
+  detail::hierarchy_search<A, T> search(hierarchy, r, active && detail::near_scene<T>(hierarchy, r));
   return search.template run<AnyHit>(counts);
 }
 

@@ -53,20 +53,14 @@ template <accuracy A, scalar T> struct search_state {
   S to_search, shift;                       // search-space t = to_search t - shift
   slab_ray<T> slabs;
   vec3<T> direction, n1, n2, abs_n1, abs_n2;  // search_direction and the normals of its planes
+  T squared_length;                           // of direction
   T search_t_min;
   mask_t<T> active;
   lane_hit<S, T> hit;
   S nearest;  // hit.t in search space
   hierarchy_counts* counts = nullptr;
 
-  PATCHRT_INLINE search_state(mixed_hierarchy_view const& h, ray<S> const& r) : hierarchy(h), user(r) {
-    using L = lane_t<S>;
-    hit.t = r.t_max;
-    hit.u = hit.v = hit.residual = S(0);
-    hit.patch_bits = T(0);
-    hit.valid = r.t_min < r.t_min;
-    search_origin = scale(difference(r.origin, convert_vec<S>(vec3<L>(h.centre))), S(static_cast<L>(h.inverse_scale)));
-  }
+  PATCHRT_INLINE explicit search_state(mixed_hierarchy_view const& h) : hierarchy(h) {}
 
   PATCHRT_INLINE static unsigned lanes_on(mask_t<T> m) { return static_cast<unsigned>(std::popcount(mask_bits(m))); }
 };
@@ -75,6 +69,42 @@ template <accuracy A, scalar T> struct search_state {
 template <scalar T> struct patch_part {
   T x, y, half_x, half_y;
   mask_t<T> lanes;
+};
+
+/// The place of the lowest bit that is set.
+PATCHRT_INLINE int lowest_bit(unsigned bits) { return std::popcount((bits & (0u - bits)) - 1u); }
+
+/// Parts of cells, all of one size, of N lanes' rays.
+template <int N> struct part_list {
+  static constexpr int most_parts = 16;  // that a lane may have and still get quarters of them
+  static constexpr int capacity = 4 * most_parts * N + N;
+
+  int size;
+  int of_lane[N];  // how many
+  std::int32_t lane[capacity];
+  float x[capacity], y[capacity];  // the middles, in units of the cell about its own
+
+  PATCHRT_INLINE void clear() {
+    size = 0;
+    for (int l = 0; l < N; ++l) of_lane[l] = 0;
+  }
+  /// The quarters, `half` in half width, of the part in the middle of which they meet.
+  PATCHRT_INLINE void add_quarters(std::int32_t l, float middle_x, float middle_y, float half) {
+    for (int k = 0; k < 4; ++k) {
+      lane[size + k] = l;
+      x[size + k] = middle_x + (k & 1 ? half : -half);
+      y[size + k] = middle_y + (k & 2 ? half : -half);
+    }
+    size += 4;
+    of_lane[l] += 4;
+  }
+  /// Makes what is behind the last part harmless to load.
+  PATCHRT_INLINE void pad() {
+    for (int i = 0; i < N; ++i) {
+      lane[size + i] = 0;
+      x[size + i] = y[size + i] = 0;
+    }
+  }
 };
 
 /// The rays of `state` in one patch.
@@ -101,7 +131,7 @@ template <accuracy A, scalar T> class patch_search {
     vec3<S> const base = convert_vec<S>(vec3<L>(exact_.search_base));
     origin_ = convert_vec<T>(fma(start_, state_.search_direction, difference(state_.search_origin, base)));
     nearest_ = convert<T>(state_.nearest - start_);
-    T const soonest = state_.search_t_min - entry_;
+    T const soonest = soonest_ = state_.search_t_min - entry_;
     waiting_.lanes = waiting_.single = lanes_ && !lanes_;
     if (state_.counts) state_.counts->patches += state_.lanes_on(lanes_);
 
@@ -162,7 +192,8 @@ template <accuracy A, scalar T> class patch_search {
       if (!any_of(possible)) return;
       vec3<T> const axis{T(float(leaf.axis[0])), T(float(leaf.axis[1])), T(float(leaf.axis[2]))};
       float const sine = leaf.sine == 255 ? 2.0f : float(leaf.sine) / 255.0f;
-      TM const single = possible && T(127.0f * sine) < abs(dot(state_.direction, axis));
+      T const along = dot(state_.direction, axis);
+      TM const single = possible && T(127.0f * 127.0f * sine * sine) * state_.squared_length < along * along;
       if (any_of(single)) add(single, single, begin.x, begin.y, {c.x, c.y, c.half_x, c.half_y, single});
       TM const folded = possible && !single;
       if (any_of(folded)) add_parts(folded, c);
@@ -189,45 +220,78 @@ template <accuracy A, scalar T> class patch_search {
     w.lanes = w.lanes || lanes;
   }
 
-  /// Halves a cell, each lane along the parameter that bends its Jacobian more, until its parts are seen to have no root, or
-  /// one, and gives these to `sink(lanes, single, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the last level
-  /// are given as they are, and so is what is left when a lane has seen `most_parts`: a patch that is a line or a point has no
+  /// Quarters cells, another in each lane, until their parts are seen to have no root, or one, and gives these to
+  /// `sink(lanes, single, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the last level are given as they
+  /// are, and so is what is left of a level where a lane has more than `most_parts`: a patch that is a line or a point has no
   /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail.
-  template <bool Thorough, class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cell, Sink&& sink) {
-    constexpr int most_levels = 12;
-    constexpr float most_parts = 500;
-    patch_part<T> parts[most_levels + 1];  // the path to the part at hand
-    parts[0] = cell;
-    T seen(0);
-    std::uint32_t trail = 0;  // as in `traverse`
-    int level = 0;
-    for (;;) {
-      patch_part<T>& at = parts[level];
-      cell_verdict<T> const v = examine_cell(projected_, at.x, at.y, at.half_x, at.half_y);
-      if (state_.counts) state_.counts->newton_steps += state_.lanes_on(at.lanes);
-      TM const possible = at.lanes && v.possible;
-      seen = select(at.lanes, seen + T(1), seen);
-      TM const divided = level == most_levels
-                             ? possible && !possible
-                             : possible && !(Thorough ? v.convergent : v.at_most_one) && seen < T(most_parts);
-      TM const whole = possible && !divided;
-      if (any_of(whole)) sink(whole, v.at_most_one, v.x, v.y, at);
-      if (any_of(divided)) {
-        T const hx = select(v.bends_in_x, at.half_x * T(0.5f), at.half_x);
-        T const hy = select(v.bends_in_x, at.half_y, at.half_y * T(0.5f));
-        parts[level + 1] = {at.x - (at.half_x - hx), at.y - (at.half_y - hy), hx, hy, divided};
-        ++level;
-        trail <<= 1;
-        continue;
+  ///
+  /// Goes level by level, as many parts at a time as T has lanes, whosever they are: few rays meet a fold, but each has several
+  /// parts.
+  template <bool Thorough, class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cells, Sink&& sink) {
+    constexpr int N = lanes_v<T>;
+    constexpr int most_levels = 6;
+    part_list<N> lists[2];
+    part_list<N>* level = &lists[0];
+    level->clear();
+    for (unsigned rest = mask_bits(cells.lanes); rest != 0; rest &= rest - 1)
+      level->add_quarters(lowest_bit(rest), 0, 0, 0.5f);
+    float half = 0.5f;  // of a part of this level, in units of its cell
+    for (int depth = 1; level->size != 0; ++depth, half *= 0.5f) {
+      part_list<N>* const next = &lists[depth & 1];
+      level->pad();
+      next->clear();
+      for (int first = 0; first < level->size; first += N) {
+        int const count = std::min(level->size - first, N);
+        std::int32_t const* const lane = level->lane + first;
+        T const cell_half_x = permute(cells.half_x, lane), cell_half_y = permute(cells.half_y, lane);
+        T in_cell_x, in_cell_y;
+        load_lanes(level->x + first, in_cell_x);
+        load_lanes(level->y + first, in_cell_y);
+        patch_part<T> const part{fma(in_cell_x, cell_half_x, permute(cells.x, lane)),
+                                 fma(in_cell_y, cell_half_y, permute(cells.y, lane)), cell_half_x * T(half),
+                                 cell_half_y * T(half), convert<TM>((2u << (count - 1)) - 1u)};
+        projected_patch<T> projected;
+        PATCHRT_UNROLL
+        for (int k = 0; k < 16; ++k) {
+          projected.f[k] = permute(projected_.f[k], lane);
+          projected.g[k] = permute(projected_.g[k], lane);
+        }
+        cell_verdict<T> const v = examine_cell(projected, part.x, part.y, part.half_x, part.half_y);
+        if (state_.counts) state_.counts->newton_steps += unsigned(count);
+        unsigned const possible = mask_bits(part.lanes && v.possible);
+        unsigned whole = possible & mask_bits(Thorough ? v.convergent : v.at_most_one);
+        for (unsigned rest = possible & ~whole; rest != 0; rest &= rest - 1) {
+          int const i = lowest_bit(rest);
+          if (depth == most_levels || level->of_lane[lane[i]] > part_list<N>::most_parts) whole |= 1u << i;
+          else next->add_quarters(lane[i], level->x[first + i], level->y[first + i], 0.5f * half);
+        }
+        if (whole != 0) give_whole(whole, lane, v, part, sink);
       }
-      int const up = std::popcount(trail & ~(trail + 1));
-      level -= up;
-      if (level <= 0) return;
-      trail = (trail >> up) | 1u;
-      patch_part<T> const& both = parts[level - 1];
-      patch_part<T>& half = parts[level];  // from the first half to the second
-      half.x = fma(T(2), both.x, -half.x);
-      half.y = fma(T(2), both.y, -half.y);
+      level = next;
+    }
+  }
+
+  /// Gives the parts in `whole` to `sink` in the lanes that they are of, one a lane at a time.
+  template <class Sink>
+  PATCHRT_INLINE void give_whole(unsigned whole, std::int32_t const* lane, cell_verdict<T> const& v,
+                                 patch_part<T> const& part, Sink&& sink) {
+    unsigned const single = mask_bits(v.at_most_one);
+    while (whole != 0) {
+      unsigned lanes = 0, singles = 0;
+      std::int32_t from[lanes_v<T>] = {};
+      for (unsigned rest = whole; rest != 0; rest &= rest - 1) {
+        int const i = lowest_bit(rest);
+        unsigned const bit = 1u << lane[i];
+        if ((lanes & bit) != 0) continue;
+        lanes |= bit;
+        if ((single >> i & 1u) != 0) singles |= bit;
+        from[lane[i]] = i;
+        whole &= ~(1u << i);
+      }
+      TM const on = convert<TM>(lanes);
+      sink(on, convert<TM>(singles), permute(v.x, from), permute(v.y, from),
+           patch_part<T>{permute(part.x, from), permute(part.y, from), permute(part.half_x, from),
+                         permute(part.half_y, from), on});
     }
   }
 
@@ -268,16 +332,22 @@ template <accuracy A, scalar T> class patch_search {
   /// The hits of the lanes in `inside` from their roots in float.
   PATCHRT_INLINE void finish(cell_batch const& w, T x, T y, TM inside) {
     patch_root<S> root;
+    vec3<T> const from_origin = difference(position(search_.power, x, y), origin_);
+    T const along = dot(from_origin, state_.direction) / state_.squared_length;
     if constexpr (A == accuracy::fast) {
-      S const along = start_ + dot(difference(position(search_.power, x, y), origin_), state_.direction);
-      root.t = (along + state_.shift) / state_.to_search;
+      root.t = (start_ + along + state_.shift) / state_.to_search;
       root.u = min(max(fma(x, T(0.5f), T(0.5f)), T(0)), T(1));
       root.v = min(max(fma(y, T(0.5f), T(0.5f)), T(0)), T(1));
       root.residual = T(0);
       T const edge(1 + 0x1p-20f);
       root.valid = abs(x) <= edge && abs(y) <= edge;
-      keep(w, root, along, inside && root.valid);
+      keep(w.entry, root, start_ + along, inside && root.valid);
     } else {
+      // Most roots of rays that leave a surface are where they left it: they need no correction.
+      T const spare(static_cast<float>(exact_.size * state_.hierarchy.inverse_scale) * 0x1p-13f);
+      T const entry = max(w.entry, along - spare);
+      inside = inside && soonest_ <= along + spare && entry <= nearest_;
+      if (!any_of(inside)) return;
       root.t = root.residual = S(0);
       root.u = fma(convert<S>(x), S(0.5), S(0.5));
       root.v = fma(convert<S>(y), S(0.5), S(0.5));
@@ -286,7 +356,7 @@ template <accuracy A, scalar T> class patch_search {
                     [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
                       correct(exact_.patch, exact_.size, origin, direction, r);
                     });
-      keep(w, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+      keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
     }
   }
 
@@ -301,7 +371,7 @@ template <accuracy A, scalar T> class patch_search {
       steps = std::max(steps, solve_on_planes(exact_.patch, exact_.size, origin, direction, r));
     });
     if (state_.counts) state_.counts->newton_steps += unsigned(steps) * state_.lanes_on(w.lanes);
-    keep(w, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+    keep(w.entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
   }
 
   /// f(root, origin, direction) for every part of `root` with a valid lane: the user's rays, relative to the patch's base.
@@ -325,11 +395,11 @@ template <accuracy A, scalar T> class patch_search {
     }
   }
 
-  /// Keeps roots that are nearer than what is known; `along` is their distance in search space.
-  PATCHRT_INLINE void keep(cell_batch const& w, patch_root<S> const& root, S along, SM found) {
+  /// Keeps roots that are nearer than what is known and not nearer than `entry`; `along` is their t in search space.
+  PATCHRT_INLINE void keep(T entry, patch_root<S> const& root, S along, SM found) {
     auto& hit = state_.hit;
-    // Not nearer than the boxes they were found in, so that skipping those could not have lost them.
-    TM const behind_entry = w.entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
+    // Not nearer than where they were looked for, so that what was skipped could not have held them.
+    TM const behind_entry = entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
     found = found && convert<SM>(behind_entry) && state_.user.t_min < root.t;
     SM nearer = found && root.t < hit.t;
     SM const same = found && root.t == hit.t && hit.valid;
@@ -359,7 +429,7 @@ template <accuracy A, scalar T> class patch_search {
     unsigned first = 0;
     for (int i = 0; i < N; ++i) {
       std::int32_t const other = std::bit_cast<std::int32_t>(bits[i]);
-      bool const wins = patch_ != other         ? patch_ < other
+      bool const wins = patch_ != other      ? patch_ < other
                         : u[i] != other_u[i] ? u[i] < other_u[i]
                         : v[i] != other_v[i] ? v[i] < other_v[i]
                                              : residual[i] < other_residual[i];
@@ -377,6 +447,7 @@ template <accuracy A, scalar T> class patch_search {
   T entry_;
   S start_;  // entry_
   vec3<T> origin_;
+  T soonest_;
   T nearest_;  // of the hits, from entry_ on
   T cell_entry_;
   TM cell_lanes_;

@@ -8,8 +8,10 @@
 
 #include <patchrt/core/config.hpp>
 
+#include <bit>
 #include <cmath>
 #include <concepts>
+#include <cstdint>
 
 namespace patchrt {
 
@@ -37,6 +39,13 @@ template <std::floating_point T> PATCHRT_INLINE T copysign(T mag, T sgn) { retur
 template <std::floating_point T> PATCHRT_INLINE T min(T a, T b) { return a < b ? a : b; }
 /// a where b < a, else b: b where either is NaN.
 template <std::floating_point T> PATCHRT_INLINE T max(T a, T b) { return b < a ? a : b; }
+/// 2^floor(log2 a) for normal a > 0, by its bits; 0 and infinity stay what they are.
+PATCHRT_INLINE float power_of_two_below(float a) {
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(a) & 0x7f800000u);
+}
+PATCHRT_INLINE double power_of_two_below(double a) {
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(a) & 0x7ff0000000000000u);
+}
 template <std::floating_point T> PATCHRT_INLINE T select(bool m, T a, T b) { return m ? a : b; }
 PATCHRT_INLINE constexpr bool all_of(bool m) { return m; }
 PATCHRT_INLINE constexpr bool any_of(bool m) { return m; }
@@ -45,6 +54,11 @@ PATCHRT_INLINE constexpr bool any_of(bool m) { return m; }
 PATCHRT_INLINE constexpr unsigned mask_bits(bool m) { return m ? 1u : 0u; }
 /// The lanes of x to an array.
 template <std::floating_point T> PATCHRT_INLINE void store_lanes(T x, T* lanes) { *lanes = x; }
+
+/// And from one.
+template <std::floating_point T> PATCHRT_INLINE void load_lanes(T const* lanes, T& x) { x = *lanes; }
+/// Lane i of the result is lane index[i] of x.
+template <std::floating_point T> PATCHRT_INLINE T permute(T x, std::int32_t const*) { return x; }
 
 /// A number with many lanes in parts that each fill a register: steps with many variables take one part at a time. What has
 /// one lane is its own part.
@@ -67,7 +81,7 @@ template <class To, class From> PATCHRT_INLINE To convert(From a) { return scala
 template <class T>
 concept scalar = requires(T a, T b, T c, mask_t<T> m) {
   T(lane_t<T>(1));
-  { a * b + c - a / b } -> std::convertible_to<T>;
+  { a* b + c - a / b } -> std::convertible_to<T>;
   { -a } -> std::convertible_to<T>;
   { fma(a, b, c) } -> std::convertible_to<T>;
   { sqrt(a) } -> std::convertible_to<T>;

@@ -106,7 +106,6 @@ template <scalar T> struct cell_verdict {
   mask_t<T> possible;     ///< the cell may have a root
   mask_t<T> at_most_one;  ///< it has no second one
   mask_t<T> convergent;   ///< nor can Newton's iteration miss its root, from wherever in the cell
-  mask_t<T> bends_in_x;   ///< the Jacobian changes more along x than along y
 };
 
 namespace detail {
@@ -181,7 +180,6 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T 
   T const d = det - fma(gx, f.y_change, fx * g.y_change);
   cell_verdict<T> v;
   v.possible = !(outside_x || outside_y || beyond_x || beyond_y);
-  v.bends_in_x = f.y_change + g.y_change <= f.x_change + g.x_change;
   v.at_most_one = T(0) < a && T(0) < d && b * c < a * d;
   T const quarter = T(lane_t<T>(0.25)) * det;
   v.convergent = (det - a) + b < quarter && c + (det - d) < quarter;

@@ -2,7 +2,8 @@
 #pragma once
 
 #if defined(__CUDACC__)
-#  error "patchrt/numbers/pack.hpp is for host translation units: nvcc rejects vector registers in __host__ __device__ code"
+#  error \
+      "patchrt/numbers/pack.hpp is for host translation units: nvcc rejects vector registers in __host__ __device__ code"
 #endif
 
 /// \file
@@ -14,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace patchrt {
@@ -35,7 +37,7 @@ PATCHRT_INLINE xsimd::batch<T, A> fused(xsimd::batch<T, A> a, xsimd::batch<T, A>
   } else
 #endif
 #if defined(__FMA__)
-  if constexpr (sizeof(a) == 16) {  // a sized batch of 128 bits is of an architecture without fma
+      if constexpr (sizeof(a) == 16) {  // a sized batch of 128 bits is of an architecture without fma
     if constexpr (sizeof(T) == 4) return _mm_fmadd_ps(a, b, c);
     else return _mm_fmadd_pd(a, b, c);
   } else
@@ -181,15 +183,30 @@ template <class T, int N> struct pack {
   PATCHRT_INLINE pack& operator-=(pack b) { return *this = *this - b; }
   PATCHRT_INLINE pack& operator*=(pack b) { return *this = *this * b; }
   PATCHRT_INLINE pack& operator/=(pack b) { return *this = *this / b; }
-  PATCHRT_INLINE friend pack operator+(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x + y; }); }
-  PATCHRT_INLINE friend pack operator-(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x - y; }); }
-  PATCHRT_INLINE friend pack operator*(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x * y; }); }
-  PATCHRT_INLINE friend pack operator/(pack a, pack b) { return zip(a, b, [](batch x, batch y) { return x / y; }); }
+  PATCHRT_INLINE friend pack operator+(pack a, pack b) {
+    return zip(a, b, [](batch x, batch y) { return x + y; });
+  }
+  PATCHRT_INLINE friend pack operator-(pack a, pack b) {
+    return zip(a, b, [](batch x, batch y) { return x - y; });
+  }
+  PATCHRT_INLINE friend pack operator*(pack a, pack b) {
+    return zip(a, b, [](batch x, batch y) { return x * y; });
+  }
+  PATCHRT_INLINE friend pack operator/(pack a, pack b) {
+    return zip(a, b, [](batch x, batch y) { return x / y; });
+  }
   PATCHRT_INLINE friend pack operator-(pack a) {  // -0 - x, not xsimd's 0 - x: the sign of zero is a bit too
     return map(a, [](batch x) { return batch(T(-0.0)) - x; });
   }
-  PATCHRT_INLINE friend pack sqrt(pack a) { return map(a, [](batch x) { return xsimd::sqrt(x); }); }
-  PATCHRT_INLINE friend pack abs(pack a) { return map(a, [](batch x) { return xsimd::abs(x); }); }
+  PATCHRT_INLINE friend pack sqrt(pack a) {
+    return map(a, [](batch x) { return xsimd::sqrt(x); });
+  }
+  PATCHRT_INLINE friend pack abs(pack a) {
+    return map(a, [](batch x) { return xsimd::abs(x); });
+  }
+  PATCHRT_INLINE friend pack power_of_two_below(pack a) {
+    return map(a, [](batch x) { return x & batch(std::numeric_limits<T>::infinity()); });
+  }
   PATCHRT_INLINE friend pack copysign(pack a, pack b) {
     return zip(a, b, [](batch x, batch y) { return xsimd::copysign(x, y); });
   }
@@ -212,11 +229,17 @@ template <class T, int N> struct pack {
     return select(b < a, a, b);
 #endif
   }
-  PATCHRT_INLINE friend mask operator<(pack a, pack b) { return compare(a, b, [](batch x, batch y) { return x < y; }); }
+  PATCHRT_INLINE friend mask operator<(pack a, pack b) {
+    return compare(a, b, [](batch x, batch y) { return x < y; });
+  }
   PATCHRT_INLINE friend mask operator>(pack a, pack b) { return b < a; }
-  PATCHRT_INLINE friend mask operator<=(pack a, pack b) { return compare(a, b, [](batch x, batch y) { return x <= y; }); }
+  PATCHRT_INLINE friend mask operator<=(pack a, pack b) {
+    return compare(a, b, [](batch x, batch y) { return x <= y; });
+  }
   PATCHRT_INLINE friend mask operator>=(pack a, pack b) { return b <= a; }
-  PATCHRT_INLINE friend mask operator==(pack a, pack b) { return compare(a, b, [](batch x, batch y) { return x == y; }); }
+  PATCHRT_INLINE friend mask operator==(pack a, pack b) {
+    return compare(a, b, [](batch x, batch y) { return x == y; });
+  }
   PATCHRT_INLINE friend pack select(mask m, pack a, pack b) {
     PATCHRT_UNROLL
     for (int i = 0; i < parts; ++i) a.part[i] = xsimd::select(m.part[i], a.part[i], b.part[i]);
@@ -244,6 +267,21 @@ template <class T, int N> struct pack {
 
 template <class T, int N> PATCHRT_INLINE unsigned mask_bits(pack_mask<T, N> const& m) { return m.bits(); }
 template <class T, int N> PATCHRT_INLINE void store_lanes(pack<T, N> const& x, T* lanes) { x.store(lanes); }
+
+template <class T, int N> PATCHRT_INLINE void load_lanes(T const* lanes, pack<T, N>& x) { x = pack<T, N>::load(lanes); }
+template <class T, int N> PATCHRT_INLINE pack<T, N> permute(pack<T, N> const& x, std::int32_t const* index) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(T) == 4 && pack<T, N>::parts == 1 && N == 16) {
+    pack<T, N> r;
+    r.part[0] = _mm512_maskz_permutexvar_ps(0xffff, _mm512_loadu_si512(index), x.part[0]);
+    return r;
+  }
+#endif
+  alignas(64) T from[N], to[N];
+  x.store(from);
+  for (int i = 0; i < N; ++i) to[i] = from[index[i]];
+  return pack<T, N>::load(to);
+}
 
 template <class T, int N> struct scalar_traits<pack<T, N>> {
   using lane = T;
@@ -273,8 +311,7 @@ struct scalar_parts<pack_mask<T, N>> : detail::register_parts<pack_mask<T, N>, p
 
 /// Lanes to lanes of the other precision.
 template <class To, class From, int N>
-  requires(!std::is_same_v<To, From>)
-struct scalar_convert<pack<To, N>, pack<From, N>> {
+requires(!std::is_same_v<To, From>) struct scalar_convert<pack<To, N>, pack<From, N>> {
   PATCHRT_INLINE static pack<To, N> apply(pack<From, N> a) {
 #if defined(__AVX512F__)  // the masked forms: gcc 12 warns inside its own unmasked ones
     if constexpr (N == 16 && sizeof(To) == 8) {
@@ -327,6 +364,36 @@ template <class T, int N> PATCHRT_INLINE void load_records(T const* records, pac
       for (int k = 0; k < 4; ++k) {
         out[k].part[part] = __builtin_shufflevector(r[k], r[k + 4], 0, 1, 2, 3, 8, 9, 10, 11);
         out[k + 4].part[part] = __builtin_shufflevector(r[k], r[k + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+      }
+    }
+    return;
+  }
+  if constexpr (sizeof(T) == 4 && pack<T, N>::width == 16) {
+    PATCHRT_UNROLL
+    for (int part = 0; part < pack<T, N>::parts; ++part) {
+      __m512 r[8], s[8];
+      for (int i = 0; i < 8; ++i) r[i] = _mm512_loadu_ps(records + 128 * part + 16 * i);
+      PATCHRT_UNROLL
+      for (int i = 0; i < 4; ++i) {  // four records: numbers 0 to 3, and 4 to 7
+        s[2 * i] =
+            __builtin_shufflevector(r[2 * i], r[2 * i + 1], 0, 8, 16, 24, 1, 9, 17, 25, 2, 10, 18, 26, 3, 11, 19, 27);
+        s[2 * i + 1] =
+            __builtin_shufflevector(r[2 * i], r[2 * i + 1], 4, 12, 20, 28, 5, 13, 21, 29, 6, 14, 22, 30, 7, 15, 23, 31);
+      }
+      PATCHRT_UNROLL
+      for (int i = 0; i < 8; i += 4)
+        for (int k = 0; k < 2; ++k) {  // eight records: numbers 4k and 4k + 1, and 4k + 2 and 4k + 3
+          r[i + 2 * k] =
+              __builtin_shufflevector(s[i + k], s[i + k + 2], 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
+          r[i + 2 * k + 1] = __builtin_shufflevector(s[i + k], s[i + k + 2], 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14,
+                                                     15, 28, 29, 30, 31);
+        }
+      PATCHRT_UNROLL
+      for (int k = 0; k < 4; ++k) {
+        out[2 * k].part[part] =
+            __builtin_shufflevector(r[k], r[k + 4], 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
+        out[2 * k + 1].part[part] =
+            __builtin_shufflevector(r[k], r[k + 4], 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
       }
     }
     return;

@@ -41,28 +41,26 @@ inline constexpr int fused_width = 16;
 namespace detail {
 
 /// One pack of rays: `rays` and `hits` hold N of each.
-template <accuracy A, bool AnyHit, int N>
-void fused_pack(mixed_hierarchy_view const& h, ray<double> const* rays, patch_hit* hits, std::uint32_t active,
+template <accuracy A, bool AnyHit, int N, class R>
+void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hits, std::uint32_t active,
                 hierarchy_counts* counts) {
   using T = pack<float, N>;
-  using S = search_scalar_t<A, T>;
-  using L = lane_t<S>;
-  static_assert(sizeof(ray<double>) == 8 * sizeof(double));
-  pack<double, N> r[8];
+  using L = lane_t<search_scalar_t<A, T>>;
+  static_assert(sizeof(ray<R>) == 8 * sizeof(R));
+  pack<R, N> r[8];
   load_records(&rays->origin.x, r);
-  ray<S> const pack_of_rays{{convert<S>(r[0]), convert<S>(r[1]), convert<S>(r[2])},
-                            {convert<S>(r[3]), convert<S>(r[4]), convert<S>(r[5])},
-                            convert<S>(r[6]),
-                            convert<S>(r[7])};
+  ray<pack<R, N>> const pack_of_rays{{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[6], r[7]};
   // The lists stream through the cache: ask for the lines of the pack after the next.
   constexpr int line = 64;
-  for (int i = 0; i < N; ++i) {
-    __builtin_prefetch(reinterpret_cast<char const*>(rays + 2 * N) + line * i);
-    if (i < N / 2) __builtin_prefetch(reinterpret_cast<char const*>(hits + 2 * N) + line * i, 1);
-  }
+  for (std::size_t i = 0; i < N * sizeof(ray<R>); i += line)
+    __builtin_prefetch(reinterpret_cast<char const*>(rays + 2 * N) + i);
+  for (std::size_t i = 0; i < N * sizeof(patch_hit); i += line)
+    __builtin_prefetch(reinterpret_cast<char const*>(hits + 2 * N) + i, 1);
   static constexpr std::array<patch_hit, N> misses{};
   std::memcpy(hits, misses.data(), sizeof misses);  // whole cache lines: most packs of a picture write nothing else
-  patchrt::detail::hierarchy_search<A, T> search(h, pack_of_rays, mask_t<T>::from_bits(active));
+  mask_t<T> const near = patchrt::detail::near_scene<T>(h, pack_of_rays) && mask_t<T>::from_bits(active);
+  if (!any_of(near)) return;
+  patchrt::detail::hierarchy_search<A, T> search(h, pack_of_rays, near);
   auto const& hit = search.template run<AnyHit>(counts);
   std::uint32_t valid = hit.valid.bits();
   if (valid == 0) return;
@@ -79,8 +77,8 @@ void fused_pack(mixed_hierarchy_view const& h, ray<double> const* rays, patch_hi
   }
 }
 
-template <accuracy A, bool AnyHit, executor E>
-void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
+template <accuracy A, bool AnyHit, class R, executor E>
+void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<R> const> rays, std::span<patch_hit> hits,
                 E const& exec, hierarchy_counts* counts) {
   PATCHRT_EXPECTS(hits.size() == rays.size());
   exec.for_each_chunk(rays.size(), std::size_t(1024), [&](std::size_t begin, std::size_t end) {
@@ -89,13 +87,13 @@ void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<double> con
     hierarchy_counts* const c = counts ? &own : nullptr;
     std::size_t i = begin;
     for (; i + fused_width <= end; i += fused_width)
-      fused_pack<A, AnyHit, fused_width>(hierarchy, rays.data() + i, hits.data() + i, all, c);
+      fused_pack<A, AnyHit, fused_width, R>(hierarchy, rays.data() + i, hits.data() + i, all, c);
     if (i < end) {
-      ray<double> last_rays[fused_width];
+      ray<R> last_rays[fused_width];
       patch_hit last_hits[fused_width];
       std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays),
                 last_rays + fused_width, rays[i]);
-      fused_pack<A, AnyHit, fused_width>(hierarchy, last_rays, last_hits, (1u << (end - i)) - 1u, c);
+      fused_pack<A, AnyHit, fused_width, R>(hierarchy, last_rays, last_hits, (1u << (end - i)) - 1u, c);
       std::copy(last_hits, last_hits + (end - i), hits.begin() + std::ptrdiff_t(i));
     }
     if (counts) {
@@ -110,12 +108,19 @@ void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<double> con
 
 /// The nearest hit of every ray in (t_min, t_max).
 ///
-/// A NaN anywhere in a ray, a direction of length 0 or whose squared length over- or underflows, or t_min >= t_max is a miss. The hits are the same bits for every executor and
-/// number of threads, and for every order of the rays. `counts`, where not null, is added to.
+/// A NaN anywhere in a ray, a direction of length 0 or whose squared length over- or underflows, or t_min >= t_max is a miss.
+/// The hits are the same bits for every executor and number of threads, and for every order of the rays. `counts`, where not
+/// null, is added to.
 /// \pre hits.size() == rays.size()
 /// \note Nigam & Narayanan 2012, section 5.1: the single step of the CPU, resuming the BVH with the hit's t.
 template <accuracy A = accuracy::refined, executor E>
 void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
+                  E const& exec, hierarchy_counts* counts = nullptr) {
+  detail::fused_list<A, false>(hierarchy, rays, hits, exec, counts);
+}
+/// Rays in float, half as many bytes to read: their hits are those of the same rays in double.
+template <accuracy A = accuracy::refined, executor E>
+void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
                   E const& exec, hierarchy_counts* counts = nullptr) {
   detail::fused_list<A, false>(hierarchy, rays, hits, exec, counts);
 }
@@ -125,6 +130,12 @@ void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> c
 /// Which rays hit does not depend on executor, threads or order; which of its hits a ray reports does.
 template <accuracy A = accuracy::refined, executor E>
 void any_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
+              E const& exec, hierarchy_counts* counts = nullptr) {
+  detail::fused_list<A, true>(hierarchy, rays, hits, exec, counts);
+}
+/// The same for rays in float.
+template <accuracy A = accuracy::refined, executor E>
+void any_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
               E const& exec, hierarchy_counts* counts = nullptr) {
   detail::fused_list<A, true>(hierarchy, rays, hits, exec, counts);
 }

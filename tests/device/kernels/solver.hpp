@@ -38,7 +38,7 @@ template <class T> struct solve_kernel {
     *y++ = start.possible ? start.y : zero;
     *y++ = T(verdict.possible);
     *y++ = T(verdict.at_most_one);
-    *y++ = T(verdict.bends_in_x);
+    *y++ = T(verdict.convergent);
     *y++ = verdict.at_most_one ? verdict.x : zero;
     *y++ = verdict.at_most_one ? verdict.y : zero;
     *y++ = T(n.converged);
