@@ -21,16 +21,16 @@ namespace patchrt {
 
 /// The side of every patch that is its front: where S_u x S_v points, or the other one.
 ///
-/// A model can be culled where its patches agree. S_u x S_v of the teapot's point inward: `against_normal` is its outside.
+/// A model can be culled where its patches agree. The teapot's S_u x S_v point inward: its outside is `against_normal`.
 enum class patch_front { along_normal, against_normal };
 
 namespace detail {
 
 /// Which way a leaf's normals go, seen along the axis of its cone: 1 or -1, and 0 where the cone does not hold them.
 ///
-/// The cone comes from a net in float, and is one of normals or of their opposites; here the net is double. The cone that
-/// is asked for is narrower than the leaf's by `cone_margin`, about half of what the leaf's has to spare.
-inline constexpr double cone_margin = 0x1p-8;
+/// The cone comes from a net in float, which may be too coarse for a sliver, and is one of normals or of their
+/// opposites; here the net is double. The normals must be in a cone whose sine is 2^-8 less, for which
+/// `build_subpatch_tree` leaves room.
 inline std::int8_t side_of_cone(bicubic_patch<double> const& cell, double per_size, subpatch_leaf const& leaf) {
   if (leaf.sine == 255) return 0;
   double x[3][12], y[3][12];
@@ -41,7 +41,7 @@ inline std::int8_t side_of_cone(bicubic_patch<double> const& cell, double per_si
       y[c][k] = (cell(j, i + 1)[c] - cell(j, i)[c]) * per_size;
     }
   vec3<double> const axis = vec3<double>(leaf.axis[0], leaf.axis[1], leaf.axis[2]) / 127.0;
-  double const sine = leaf.sine / 255.0 - cone_margin;
+  double const sine = leaf.sine / 255.0 - 0x1p-8;
   double const least = dot(axis, axis) - sine * sine;  // the square of |axis| times the cosine
   bool forward = true, backward = true;
   for (int a = 0; a < 12; ++a)
@@ -72,8 +72,8 @@ inline void find_sides(subpatch_tree const& tree, subpatch_leaf const* leaves, d
 
 /// Whether (p - eye) . n >= 0 for all p in `b` and all n in the cone about `side` times the leaf's axis.
 ///
-/// That is (p - eye) . axis >= sine |p - eye|; the difference of the two is concave in p, so that its least value over the
-/// box is at a corner.
+/// That is (p - eye) . axis >= sine |p - eye|; the difference of the two is concave in p, so that its least value over
+/// the box is at a corner.
 inline bool faces_away(subpatch_leaf const& leaf, int side, box<double> const& b, vec3<double> const& eye) {
   vec3<double> const axis = vec3<double>(leaf.axis[0], leaf.axis[1], leaf.axis[2]) * (side / 127.0);
   double const sine = leaf.sine / 255.0;
@@ -90,29 +90,32 @@ inline bool faces_away(subpatch_leaf const& leaf, int side, box<double> const& b
 
 /// A mixed hierarchy without the sub-patches that face away from an eye, to be traced as any other.
 ///
-/// Boxes of culled sub-patches are empty (lo > hi), and so are those of patches all of whose sub-patches are; the boxes above them
-/// hold what is left. All else is the hierarchy's own, which must outlive this and stay as it is. A patch of which something is left
-/// keeps its box in the top tree: rays enter it where they did, and its hits keep their bits.
+/// Boxes of culled sub-patches are empty (lo > hi), and so are those of patches all of whose sub-patches are culled;
+/// the boxes above them hold what is left. All else is the hierarchy's own, which must outlive this and stay as it is.
+/// A patch of which something is left keeps its box in the top tree: rays enter it where they did, and its hits keep
+/// their bits.
 ///
-/// **For rays that begin at the eye** (t_min >= 0) and no others: what bounces or looks for a light sees backs.
+/// For rays that begin at the eye (t_min >= 0) and no others: what bounces, or looks for a light, meets backs.
 ///
-/// No hit of such a ray d on the front, n . d < 0 with n = S_u x S_v (or S_v x S_u, as `front` says), is removed, for
-/// `accuracy::fast` and `refined`, wherever n is more than rounding (below). Where the nearest hit of the hierarchy is on the front
-/// it is found as it was. Where it is on a back it may be found, or a hit beyond it, or none. `reference` finds roots from starts in
-/// sub-patches that do not have them: there a root on the front may be lost with a culled start.
+/// With `accuracy::fast` and `refined` no hit on the front is removed, that is one with n . d < 0 for the ray's
+/// direction d and n = S_u x S_v (S_v x S_u for `patch_front::against_normal`), wherever n is more than rounding, as
+/// said below. Where the hierarchy's nearest hit is on the front it is found as it was. Where that is on a back it may
+/// be found, or a hit beyond it, or none. `reference` starts in a sub-patch and takes whatever root of the patch it
+/// ends in: there a root on the front may be lost with a culled start.
 ///
-/// Proof. Let a cell be culled, A = +-axis / 127 and s = sine / 255 of its leaf. S over the cell is in the leaf's box, which is
-/// widened by `search_margin` (in a tree of depth 0: in the patch's box in the top tree, which already is). For w = p - eye, p any
-/// point of that box, w . A >= s |w| (`detail::faces_away`). S_u and S_v are positive combinations of the control vectors x_a, y_b
-/// of the cell, and so is n of the x_a x y_b. Each of these, in double, is within the cone about A of the sine s - 2^-8 over |A|
-/// (`detail::side_of_cone`): the angle from A to n and that from A to w together fall short of a right angle by more than
-/// 2^-9, and w . n > 2^-10 |w| |n|. The eye is farther than half of `search_margin` from the cell's points, or it would be in the widened box, which
-/// has then a corner with w . A < 0; so double's rounding of eye, ray and box turns w by 2^-30 at most. What is left is the rounding of
-/// the x_a and y_b: with T the sum of the longest control vectors of S_u and S_v, n is off by 2^-35 (`exact_patch::size`) T
-/// at most, up to depth 8. A normal shorter than 2^10 times that may face either way; every other one is told right. The 2^-8 that
-/// the cone has to spare also serves roots on the front just beside the cell, which the search may have ascribed to it by the rounding
-/// of u and v in float.
-/// \note Nigam & Narayanan 2012, section 3.4, cull where four corners face away; a curved sub-patch may show its front between them.
+/// Proof. Let a cell be culled; A = +-axis / 127 and s = sine / 255 of its leaf. S over the cell is in the leaf's box,
+/// widened by `search_margin` (in a tree of depth 0: in the patch's box in the top tree, which already is). For w = p -
+/// eye, p any point of that box, w . A >= s |w| (`detail::faces_away`). S_u and S_v are positive combinations of the
+/// control vectors x_a, y_b of the cell, and so is n of all x_a x y_b. Each of these, in double, is within the cone
+/// about A whose half angle has the sine (s - 2^-8) / |A| (`detail::side_of_cone`). So the angles from A to n and from
+/// A to w fall short of a right angle by more than 2^-9 together, and w . n > 2^-10 |w| |n|. The eye is farther than
+/// half of `search_margin` from the cell, or it would be in the widened box, and w . A < 0 for one of the corners; so
+/// the rounding of eye, ray and box in double turns w by 2^-30 at most. There remains the rounding of x_a and y_b: with
+/// T the sum of the longest control vectors of S_u and S_v, n is off by 2^-35 `exact_patch::size` T at most. A normal
+/// not 2^10 times as long may face either way; of all others it is known. What the cone has to spare also serves roots
+/// on the front just beside the cell, which the search, knowing u and v in float, may ascribe to it.
+/// \note Nigam & Narayanan 2012 cull a sub-patch by its normals at four corners; a curved one may show its front
+///       between them.
 class visible_hierarchy {
  public:
   /// All of `hierarchy`, nothing culled. What does not depend on the eye is done here, once a model.
@@ -134,8 +137,8 @@ class visible_hierarchy {
     });
   }
 
-  /// Culls for an eye, once a frame; what was culled before comes back. An eye that is not finite, or 2^500 scenes away,
-  /// culls nothing.
+  /// Culls for an eye, once a frame; what was culled before comes back. An eye that is not finite, or is 2^500 scenes
+  /// away, culls nothing.
   template <executor E>
   void cull(vec3<double> const& eye, E const& exec, patch_front front = patch_front::along_normal) {
     vec3<double> const at = (eye - hierarchy_->centre) * hierarchy_->inverse_scale;
@@ -182,7 +185,8 @@ class visible_hierarchy {
       culled[k] = sign * side[k] != 0 && detail::faces_away(leaf[k], sign * side[k], b, eye);
       count += culled[k];
     }
-    // Boxes are padded by a fixed margin: a ray enters a speck's so many grid steps away that float cannot tell bytes 0 and 255.
+    // Patches' boxes are padded by a fixed margin: a ray enters a speck's so many grid steps away from it that to float
+    // bytes 0 and 255 may be one.
     bool const divisible = std::min({step.x, step.y, step.z}) > 0x1p-36;
     if (count != leaves && !divisible) count = 0;
     boxes_[i] = count == leaves ? box<float>::empty() : whole;
@@ -212,7 +216,7 @@ class visible_hierarchy {
   std::size_t culled_leaves_ = 0;
 };
 
-/// What `eye` sees of `hierarchy`: a `visible_hierarchy` culled once. For more frames of a model keep it, and call `cull`.
+/// What `eye` sees of `hierarchy`: a `visible_hierarchy` culled once. For more frames of a model keep it, call `cull`.
 template <executor E>
 visible_hierarchy cull_back_faces(mixed_hierarchy const& hierarchy, vec3<double> const& eye, E const& exec,
                                   patch_front front = patch_front::along_normal) {
