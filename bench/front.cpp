@@ -91,23 +91,34 @@ vec3<double> to_vec3(std::vector<double> const& v) { return {v[0], v[1], v[2]}; 
 struct workload {
   std::string name;
   query what = query::nearest;
-  std::vector<ray<double>> rays;
+  std::vector<ray<double>> rays;  // each of its numbers is a float
+  std::vector<ray<float>> float_rays;
   std::vector<answer> reference;
 };
+
+/// `rays` rounded to float: everyone traces the very same rays.
+workload make_workload(std::string name, std::span<bicubic_patch<double> const> patches,
+                       std::span<ray<double> const> rays) {
+  workload w{std::move(name), query::nearest, {}, {}, {}};
+  for (auto const& r : rays) {
+    ray<float> const f{vec3<float>(r.origin), vec3<float>(r.direction), float(r.t_min), float(r.t_max)};
+    w.float_rays.push_back(f);
+    w.rays.push_back({vec3<double>(f.origin), vec3<double>(f.direction), f.t_min, f.t_max});
+  }
+  w.reference = reference_answers(patches, w.rays);
+  return w;
+}
 
 std::vector<workload> make_workloads(settings const& s, std::span<bicubic_patch<double> const> patches,
                                      double diagonal) {
   camera const c = s.eye.empty() ? frame(patches, to_vec3(s.direction), to_vec3(s.up), s.vfov, s.coverage)
                                  : camera{to_vec3(s.eye), to_vec3(s.look_at), to_vec3(s.up), s.vfov};
-  std::vector<workload> all(3);
-  all[0].name = "coherent";
-  all[0].rays = primary_rays(c, s.size, s.size);
-  all[0].reference = reference_answers(patches, all[0].rays);
-  all[1].name = "bounce";
-  all[1].rays = bounce_rays(patches, all[0].rays, all[0].reference, 1e-4 * diagonal, s.seed);
-  if (all[1].rays.empty()) throw std::runtime_error("the camera sees nothing of the model");
-  all[1].reference = reference_answers(patches, all[1].rays);
-  all[2] = all[1];
+  std::vector<workload> all;
+  all.push_back(make_workload("coherent", patches, primary_rays(c, s.size, s.size)));
+  auto const bounced = bounce_rays(patches, all[0].rays, all[0].reference, 1e-4 * diagonal, s.seed);
+  if (bounced.empty()) throw std::runtime_error("the camera sees nothing of the model");
+  all.push_back(make_workload("bounce", patches, bounced));
+  all.push_back(all[1]);
   all[2].name = "any hit";
   all[2].what = query::any;
   std::printf("camera: --eye %.17g,%.17g,%.17g --look-at %.17g,%.17g,%.17g --up %g,%g,%g --vfov %g\n", c.eye.x, c.eye.y,
@@ -189,18 +200,18 @@ class front {
     std::size_t const m = add_method({name, 0, seconds, bytes, bytes});
     for (std::size_t w = 0; w < workloads_.size(); ++w) {
       hits_.resize(std::max(hits_.size(), workloads_[w].rays.size()));
-      auto const trace = [this, w] {
-        auto const& rays = workloads_[w].rays;
+      auto const trace = [this, w](auto const& rays) {
         auto const hits = std::span(hits_).first(rays.size());
         if (workloads_[w].what == query::nearest) trace::closest_hits<A>(hierarchy_.view(), rays, hits, serial{});
         else trace::any_hits<A>(hierarchy_.view(), rays, hits, serial{});
       };
-      trace();
+      trace(workloads_[w].rays);
       std::vector<answer> answers;
       for (std::size_t i = 0; i < workloads_[w].rays.size(); ++i)
         answers.push_back({hits_[i].t, hits_[i].u, hits_[i].v, hits_[i].patch});
       add_verdict(w, answers);
-      add_contender(m, w, "patches", trace);
+      add_contender(m, w, "float", [this, w, trace] { trace(workloads_[w].float_rays); });
+      add_contender(m, w, "double", [this, w, trace] { trace(workloads_[w].rays); });
     }
   }
 
@@ -266,7 +277,7 @@ void run(settings const& s) {
   std::printf("built without Embree: patches alone\n");
 #endif
   auto const& report = f.run();
-  print_table(report, std::vector<std::string>{"patches", "1", "8", "16", "1 filled", "16 filled"});
+  print_table(report, std::vector<std::string>{"float", "double", "1", "8", "16", "1 filled", "16 filled"});
   print_targets(targets(report));
   if (!s.csv.empty()) write_csv(report, s.csv);
 }
