@@ -105,7 +105,7 @@ TEMPLATE_TEST_CASE("a limited step is the step where it is shorter than the limi
   rational const eps(std::numeric_limits<T>::epsilon());
   int whole = 0, cut = 0;
   for (int n = 0; n < 20000; ++n) {
-    // det of any size whose inverse is a number, numerators from far shorter to far longer steps: their product may underflow
+    // det of any size whose inverse is a number, numerators of as many: the product of both may underflow
     int const most = -std::numeric_limits<T>::min_exponent;
     int const exponent = source.pick(2 * most - 40) - most + 20;
     T const numerators[2] = {source.any(), source.any()};
