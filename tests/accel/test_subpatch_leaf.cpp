@@ -233,7 +233,7 @@ TEST_CASE("a ray that meets a leaf in two points is not taken for one that meets
   unsigned const seed = 53;
   CAPTURE(seed);
   std::mt19937 g(seed);
-  // The test that the search makes of a ray's unit direction.
+  // The test that the search makes of a ray's direction, here of length 1.
   auto const is_single = [](leaf_case const& c, point const& d) {
     return c.has_cone && 127 * c.sine < std::fabs(dot(d, c.axis));
   };
