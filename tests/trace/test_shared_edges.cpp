@@ -14,6 +14,7 @@
 #include <map>
 #include <numbers>
 #include <tuple>
+#include <vector>
 
 using namespace patchrt;
 using namespace patchrt::test;
@@ -283,6 +284,44 @@ TEST_CASE("a ray aimed at a corner that patches surround hits one of them there,
 }
 TEST_CASE("a ray aimed at a corner that patches surround hits one of them there, or something nearer: bigguy") {
   check_model("bigguy_osd_L2", 85, at_corners);
+}
+
+// Through a pole itself a ray has no regular root, and no promise: how many find one is printed.
+TEST_CASE("a ray aimed beside a pole, where edges of patches collapse, hits there, or something nearer") {
+  unsigned const seed = 89;
+  CAPTURE(seed);
+  std::mt19937 g(seed);
+  auto const scene = load_model("teapot");
+  double const radius = ball_of(scene).radius;
+  std::vector<aimed_ray> beside, through;
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    for (int side = 0; side < 4; ++side) {
+      auto const c = side_points(scene[i], side);
+      if (!std::all_of(c.begin(), c.end(), [&](point const& p) { return key_of(p) == key_of(c[0]); })) continue;
+      for (int k = 0; k < 2000; ++k) {
+        double const off = std::pow(10, uniform(g, -3, -1));
+        auto at = on_side(side, uniform(g));
+        (side < 2 ? at.u : at.v) += side % 2 ? -off : off;
+        auto const q = evaluate(scene[i], at.u, at.v);
+        point const normal = cross(q.du, q.dv), d = random_direction(g);
+        double const cos = std::fabs(dot(d, normal)) / norm(normal);
+        if (!(cos > 0.1 && std::fabs(d.z) > 0.1)) continue;  // level where the teapot's patches collapse
+        beside.push_back(aim_at(q.position, d, radius, g));
+        beside.back().least_cos = cos;
+        beside.back().patches = {i};
+        through.push_back(aim_at(c[0], d, radius, g));
+        through.back().least_cos = std::fabs(d.z);
+        through.back().patches = {i};
+      }
+    }
+  auto const refined = trace_aimed<accuracy::refined>(scene, beside);
+  std::cout << "beside poles, refined: " << refined << '\n'
+            << "through poles, refined: " << trace_aimed<accuracy::refined>(scene, through) << '\n'
+            << "through poles, reference: " << trace_aimed<accuracy::reference>(scene, through) << std::endl;
+  CAPTURE(refined);
+  CHECK(refined.rays > 10000);
+  CHECK(3 * refined.at_aim > refined.rays);
+  CHECK(refined.lost == 0);
 }
 
 TEST_CASE("a sheet cut into patches has no gaps at its cuts and their crossings") {
