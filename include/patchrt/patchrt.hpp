@@ -33,4 +33,5 @@
 #  include <patchrt/accel/build_sah.hpp>
 #  include <patchrt/accel/build_subpatch_tree.hpp>
 #  include <patchrt/accel/cull_back_faces.hpp>
+#  include <patchrt/accel/subpatch_bounds.hpp>
 #endif
