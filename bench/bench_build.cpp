@@ -14,14 +14,13 @@
 #endif
 
 #include "support/cpu_clock.hpp"
+#include "support/run_benchmarks.hpp"
 
 #include "../examples/support/model.hpp"
 
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <thread>
 
 namespace {
@@ -80,14 +79,4 @@ BENCHMARK(build_openmp)
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    patches();
-  } catch (std::exception const& e) {
-    std::fprintf(stderr, "%s\n", e.what());
-    return 1;
-  }
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  benchmark::RunSpecifiedBenchmarks();
-}
+int main(int argc, char** argv) { return patchrt::bench::run_benchmarks(argc, argv, patches); }
