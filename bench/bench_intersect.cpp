@@ -96,6 +96,7 @@ template <class T> void meet_box(benchmark::State& state) {
 /// A patch and rays at points of one of its 64 cells, from there and relative to the patch's base.
 template <class T> struct solver_input {
   power_patch<lane_t<T>> patch;
+  vec3<lane_t<T>> reach;
   vec3<T> origin, direction;
   patch_cell<T> cell;
 };
@@ -121,7 +122,9 @@ template <class T> std::vector<solver_input<T>> solver_inputs(std::size_t count)
       int i = 0;
       return draw<T>([&] { return lane[c][i++]; });
     };
-    all.push_back({to_power(convert_patch<L>(patch)),
+    auto const power = to_power(convert_patch<L>(patch));
+    all.push_back({power,
+                   scale(coefficient_sum(power), L(5)),  // the origins are up to 4 away
                    {load(0), load(1), load(2)},
                    {load(3), load(4), load(5)},
                    {T(L(2 * x - 1)), T(L(2 * y - 1)), T(L(0.125)), T(L(0.125)), vec3<T>(T(L(0.01)))}});
@@ -133,9 +136,8 @@ template <class T> std::vector<solver_input<T>> solver_inputs(std::size_t count)
 template <class T, class P> newton_result<T> solve(P const& in, double tolerance) {
   vec3<T> n1, n2;
   plane_normals(in.direction, n1, n2);
-  auto const projected = project(in.patch, in.origin, n1, n2);
-  auto const start = linear_start(projected, vec3<T>(abs(n1.x), abs(n1.y), abs(n1.z)),
-                                  vec3<T>(abs(n2.x), abs(n2.y), abs(n2.z)), in.cell);
+  auto const projected = project(in.patch, in.reach, in.origin, n1, n2);
+  auto const start = linear_start(projected, absolute(n1), absolute(n2), in.cell);
   return newton(projected, start.x, start.y, T(lane_t<T>(0.5)), T(lane_t<T>(0.5)), start.possible,
                 static_cast<lane_t<T>>(tolerance), 8);
 }

@@ -89,7 +89,7 @@ TEMPLATE_TEST_CASE("the plane functions and their derivatives are within 12 roun
   worst_ratios worst;
   for (int n = 0; n < 60; ++n) {
     auto const c = random_case<T>(g, n);
-    auto const p = project(c.patch, c.origin, c.n1, c.n2);
+    auto const p = project(c.patch, sum(coefficient_sum(c.patch), absolute(c.origin)), c.origin, c.n1, c.n2);
     for (int k = 0; k < 4; ++k) {
       T const x = k == 0 ? T(-1) : T(d(g)), y = k == 1 ? T(1) : T(d(g));
       bivariate<T> const b = evaluate(p, x, y);
@@ -114,7 +114,7 @@ TEMPLATE_TEST_CASE("the plane functions of small integers are exact", "", float,
     plane_case<T> c;
     for (vec3<T>* const v : {&c.origin, &c.n1, &c.n2}) *v = {T(d(g)), T(d(g)), T(d(g))};
     for (auto& v : c.patch.coefficients) v = {T(d(g)), T(d(g)), T(d(g))};
-    auto const p = project(c.patch, c.origin, c.n1, c.n2);
+    auto const p = project(c.patch, sum(coefficient_sum(c.patch), absolute(c.origin)), c.origin, c.n1, c.n2);
     bicubic<rational> f = exact_plane(c.patch, c.n1, false), h = exact_plane(c.patch, c.n2, false);
     f.c[0] -= exact_dot(c.n1, c.origin, false);
     h.c[0] -= exact_dot(c.n2, c.origin, false);
@@ -154,14 +154,16 @@ TEMPLATE_TEST_CASE("every lane of a pack has the plane functions of the scalar",
     auto const vector = [&](int k) {
       return vec3<P>{P::load(numbers[k]), P::load(numbers[k + 1]), P::load(numbers[k + 2])};
     };
-    auto const p = project(one[0].patch, vector(0), vector(3), vector(6));
+    auto const reach = coefficient_sum(one[0].patch);
+    auto const p = project(one[0].patch, reach, vector(0), vector(3), vector(6));
     bivariate<P> const b = evaluate(p, P::load(numbers[9]), P::load(numbers[10]));
     for (int i = 0; i < lanes; ++i) {
-      auto const q = project(one[i].patch, one[i].origin, one[i].n1, one[i].n2);
+      auto const q = project(one[i].patch, reach, one[i].origin, one[i].n1, one[i].n2);
       bivariate<T> const e = evaluate(q, numbers[9][i], numbers[10][i]);
       for (int k = 0; k < 16; ++k) REQUIRE((is_same(p.f[k][i], q.f[k]) && is_same(p.g[k][i], q.g[k])));
       REQUIRE((is_same(b.f[i], e.f) && is_same(b.fx[i], e.fx) && is_same(b.fy[i], e.fy)));
       REQUIRE((is_same(b.g[i], e.g) && is_same(b.gx[i], e.gx) && is_same(b.gy[i], e.gy)));
+      REQUIRE((is_same(p.rounding_f[i], q.rounding_f) && is_same(p.rounding_g[i], q.rounding_g)));
     }
   }
 }

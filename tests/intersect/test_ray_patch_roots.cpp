@@ -212,7 +212,7 @@ TEST_CASE("roots outside an edge by more than rounding are dropped") {
   CHECK(kept_inside == rays);
 }
 
-TEST_CASE("no root comes of a ray in the plane of a patch, of a patch that is a point, or of a lane that has none") {
+TEST_CASE("a ray in the plane of a patch has no root, and one through a patch that is a point has that") {
   bicubic_patch<double> flat, point;
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
@@ -221,11 +221,16 @@ TEST_CASE("no root comes of a ray in the plane of a patch, of a patch that is a 
     }
   }
   vec3<double> const origin{-1, 0.25, 0}, direction{1, 0, 0};
+  patch_root<double> root{0, 0.5, 0.5, 0, true};
+  correct(flat, 1., origin, direction, root);
+  CHECK(!root.valid);
+  root = {0, 0.5, 0.5, 0, true};
+  correct(point, 1., origin, direction, root);
+  CHECK((root.valid && root.t == 1.5 && root.residual == 0));
+  correct(point, 1., origin + vec3<double>(0, 1e-14, 0), direction, root);
+  CHECK(!root.valid);
   for (auto const& p : {flat, point}) {
     patch_root<double> r{0, 0.5, 0.5, 0, true};
-    correct(p, 1., origin, direction, r);
-    CHECK(!r.valid);
-    r = {0, 0.5, 0.5, 0, true};
     CHECK(solve_on_planes(p, 1., vec3<double>{0.3, 0.3, 1}, direction, r) <= 16);
     CHECK(!r.valid);
   }

@@ -121,7 +121,7 @@ void require_refined(comparison const& c) {
   CHECK(c.lost == 0);
   CHECK(c.in_range);
   CHECK(c.apart < 64);
-  CHECK(c.apart_singular < 1e-9);
+  CHECK(c.apart_singular < 1e-8);  // a double root moves by the root of the rounding
   CHECK(c.error < 4);
 }
 

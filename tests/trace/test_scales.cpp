@@ -73,17 +73,17 @@ template <accuracy A> void check_scalings(patch_list const& scene, ray_list cons
   CHECK(4 * std::size_t(std::count_if(list.begin(), list.end(), [](auto const& x) { return x.valid(); })) >
         rays.size());
   CHECK(differences(list, single, {0, 0}) == 0);
-  // 2^332 = 9e99; with directions of the scene's size the products of two tangents and one stay within double.
-  for (scaling const s : {scaling{-332, 0},
+  // 2^400 = 3e120; a determinant, the square of that, still has all its bits.
+  for (scaling const s : {scaling{-400, 0},
                           {-100, 0},
                           {-20, 0},
                           {20, 0},
                           {100, 0},
-                          {332, 0},
-                          scaling{-300, -300},
+                          {400, 0},
+                          scaling{-400, -400},
                           {-20, -20},
                           {20, 20},
-                          {300, 300},
+                          {400, 400},
                           {0, -400},
                           {0, 300}}) {
     CAPTURE(s.scene_exponent, s.direction_exponent);

@@ -260,7 +260,7 @@ std::vector<aimed_ray> at_corners(patch_list const& scene, std::mt19937& g) {
 
 }  // namespace
 
-// What `refined` promises: a root counts in [0, 1]^2 up to what its residual's rounding moves it by. So where the
+// What `refined` promises: a root counts where the ray passes a point of the patch within that point's rounding. So where the
 // boundary curves of two patches are the same numbers, a ray that crosses from one to the other, not grazing either,
 // meets one of them. Curves that are equal only nearly, and rays that touch an edge from outside, have no such promise,
 // nor have `fast`, whose hits reach 2^-20 beyond edges, and `reference`, which has the paper's closed [0, 1]^2.
@@ -286,8 +286,7 @@ TEST_CASE("a ray aimed at a corner that patches surround hits one of them there,
   check_model("bigguy_osd_L2", 85, at_corners);
 }
 
-// Through a pole itself a ray has no regular root, and no promise: how many find one is printed.
-TEST_CASE("a ray aimed beside a pole, where edges of patches collapse, hits there, or something nearer") {
+TEST_CASE("a ray aimed at a pole, where edges of patches collapse, or beside it, hits there, or something nearer") {
   unsigned const seed = 89;
   CAPTURE(seed);
   std::mt19937 g(seed);
@@ -299,7 +298,7 @@ TEST_CASE("a ray aimed beside a pole, where edges of patches collapse, hits ther
       auto const c = side_points(scene[i], side);
       if (!std::all_of(c.begin(), c.end(), [&](point const& p) { return key_of(p) == key_of(c[0]); })) continue;
       for (int k = 0; k < 2000; ++k) {
-        double const off = std::pow(10, uniform(g, -3, -1));
+        double const off = std::pow(10, uniform(g, -15, -1));
         auto at = on_side(side, uniform(g));
         (side < 2 ? at.u : at.v) += side % 2 ? -off : off;
         auto const q = evaluate(scene[i], at.u, at.v);
@@ -315,10 +314,12 @@ TEST_CASE("a ray aimed beside a pole, where edges of patches collapse, hits ther
       }
     }
   auto const refined = trace_aimed<accuracy::refined>(scene, beside);
+  auto const at_pole = trace_aimed<accuracy::refined>(scene, through);
   std::cout << "beside poles, refined: " << refined << '\n'
-            << "through poles, refined: " << trace_aimed<accuracy::refined>(scene, through) << '\n'
+            << "through poles, refined: " << at_pole << '\n'
             << "through poles, reference: " << trace_aimed<accuracy::reference>(scene, through) << std::endl;
-  CAPTURE(refined);
+  CAPTURE(refined, at_pole);
+  CHECK(at_pole.lost == 0);
   CHECK(refined.rays > 10000);
   CHECK(3 * refined.at_aim > refined.rays);
   CHECK(refined.lost == 0);
@@ -378,7 +379,7 @@ TEST_CASE("a patch has no gaps where its sub-patches meet") {
 
 // The teapot's halves meet in edges that lie in y = 0 as a whole, and so do these rays: one of a ray's two plane
 // functions is 0 all along the border of cells.
-TEST_CASE("rays in a plane of symmetry meet the edges that lie in it", "[!mayfail]") {
+TEST_CASE("rays in a plane of symmetry meet the edges that lie in it") {
   unsigned const seed = 88;
   CAPTURE(seed);
   std::mt19937 g(seed);

@@ -154,6 +154,7 @@ mixed_hierarchy build_mixed_hierarchy(std::span<bicubic_patch<double> const> pat
     }
     power_patch<double> const power = to_power(scaled);
     for (int k = 0; k < 16; ++k) h.search[i].power.coefficients[k] = convert_vec<float>(power.coefficients[k]);
+    h.search[i].reach = convert_vec<float>(coefficient_sum(power) + vec3<double>(0x1p-18));
     splits[i] = detail::choose_splits(nets[i], options);
   });
 

@@ -18,8 +18,8 @@ namespace detail {
 /// What makes hits independent of the order in which boxes and lanes are visited: a root of a sub-patch counts only where
 /// it is not nearer than the computed entry into the sub-patch's box (and that of its patch), and a box is skipped only where
 /// its entry is beyond the nearest root, all in the same arithmetic; so a skipped box never held the answer. In the same way a
-/// root in float is left uncorrected where it is more than 2^-13 of the patch's size beyond the nearest, and counts only where
-/// the correction does not bring it nearer by more than that. Ties go to the smaller patch number, then u, then v.
+/// root in float is left uncorrected where it is beyond the nearest by more than float's error, and counts only where the
+/// correction does not bring it nearer by more than that. Ties go to the smaller patch number, then u, then v.
 template <accuracy A, scalar T> class hierarchy_search {
  public:
   using S = search_scalar_t<A, T>;
@@ -74,7 +74,8 @@ template <accuracy A, scalar T> class hierarchy_search {
     s.hit.valid = zero < zero;
     // Scaled by a power of two, exactly: the largest component is in [1, 2).
     S const scaled = power_of_two_below(max(abs(r.direction.x), max(abs(r.direction.y), abs(r.direction.z))));
-    s.search_direction = scale(r.direction, S(L(1)) / scaled);
+    s.per_scaled = S(L(1)) / scaled;
+    s.search_direction = scale(r.direction, s.per_scaled);
     s.to_search = scaled * S(static_cast<L>(s.hierarchy.inverse_scale));
     s.direction = convert_vec<T>(s.search_direction);
     s.squared_length = dot(s.direction, s.direction);
@@ -91,8 +92,8 @@ template <accuracy A, scalar T> class hierarchy_search {
         active && convert<TM>(zero < squared && squared < S(std::numeric_limits<L>::infinity()) && r.t_min < r.t_max);
     s.slabs = make_slab_ray(convert_vec<T>(s.search_origin), s.direction);
     plane_normals(s.direction, s.n1, s.n2);
-    s.abs_n1 = {abs(s.n1.x), abs(s.n1.y), abs(s.n1.z)};
-    s.abs_n2 = {abs(s.n2.x), abs(s.n2.y), abs(s.n2.z)};
+    s.abs_n1 = absolute(s.n1);
+    s.abs_n2 = absolute(s.n2);
     s.nearest = fma(r.t_max, s.to_search, -s.shift);
     s.search_t_min = convert<T>(fma(r.t_min, s.to_search, -s.shift)) - T(search_margin);
   }
@@ -115,10 +116,10 @@ template <accuracy A, scalar T> class hierarchy_search {
 template <scalar T, class R> PATCHRT_INLINE mask_t<T> near_scene(mixed_hierarchy_view const& h, ray<R> const& r) {
   T const inverse_scale(static_cast<float>(h.inverse_scale));
   vec3<T> const d = convert_vec<T>(r.direction), from_zero = scale(convert_vec<T>(r.origin), inverse_scale);
-  vec3<double> const centre = h.centre * h.inverse_scale;
-  vec3<T> const o = {from_zero.x - T(static_cast<float>(centre.x)), from_zero.y - T(static_cast<float>(centre.y)),
-                     from_zero.z - T(static_cast<float>(centre.z))};
-  vec3<T> const ad{abs(d.x), abs(d.y), abs(d.z)};
+  vec3<float> const centre(h.centre);
+  vec3<T> const o{from_zero.x - T(centre.x) * inverse_scale, from_zero.y - T(centre.y) * inverse_scale,
+                  from_zero.z - T(centre.z) * inverse_scale};
+  vec3<T> const ad = absolute(d);
   T const far = abs(o.x) + abs(o.y) + abs(o.z) + abs(from_zero.x) + abs(from_zero.y) + abs(from_zero.z);
   T const size = ad.x + ad.y + ad.z;
   T const slack = fma(far, T(0x1p-20f), T(0x1p-20f)) * size;

@@ -14,6 +14,7 @@ namespace patchrt {
 /// One patch as the search sees it: moved to its own origin and scaled with the scene, in float.
 struct search_patch {
   power_patch<float> power;
+  vec3<float> reach;  ///< bounds the sum of |coefficients|, and any ray's entry into the patch's box
   subpatch_tree tree;
 };
 

@@ -17,7 +17,7 @@ namespace patchrt {
 
 /// How exactly a hit is known, and at what price (docs/PERFORMANCE.md has the measured ones).
 enum class accuracy {
-  fast,       ///< float throughout
+  fast,       ///< float throughout: rays and scenes within float's range
   refined,    ///< float search, then `correct` in double on the control points
   reference,  ///< the paper's: float traversal, Newton's iteration in double from the middle of each leaf sub-patch
 };
@@ -51,6 +51,7 @@ template <accuracy A, scalar T> struct search_state {
   ray<S> user;                              // as it was given
   vec3<S> search_origin, search_direction;  // in search space, the origin moved by shift
   S to_search, shift;                       // search-space t = to_search t - shift
+  S per_scaled;                             // search_direction = per_scaled user.direction, a power of two
   slab_ray<T> slabs;
   vec3<T> direction, n1, n2, abs_n1, abs_n2;  // search_direction and the normals of its planes
   T squared_length;                           // of direction
@@ -78,22 +79,25 @@ PATCHRT_INLINE int lowest_bit(unsigned bits) { return std::popcount((bits & (0u 
 template <int N> struct part_list {
   static constexpr int most_parts = 16;  // that a lane may have and still get quarters of them
   static constexpr int capacity = 4 * most_parts * N + N;
+  static constexpr float unit = 0x1p-6f;
+  using coordinate = std::conditional_t<N == 1, std::int8_t, float>;  // a lone ray is frugal, a pack loads vectors
+  using lane_number = std::conditional_t<N == 1, std::int8_t, std::int32_t>;
 
   int size;
   int of_lane[N];  // how many
-  std::int32_t lane[capacity];
-  float x[capacity], y[capacity];  // the middles, in units of the cell about its own
+  lane_number lane[capacity];
+  coordinate x[capacity], y[capacity];  // the middles: units of the cell's half widths about its own middle
 
   PATCHRT_INLINE void clear() {
     size = 0;
     for (int l = 0; l < N; ++l) of_lane[l] = 0;
   }
-  /// The quarters, `half` in half width, of the part in the middle of which they meet.
-  PATCHRT_INLINE void add_quarters(std::int32_t l, float middle_x, float middle_y, float half) {
+  /// The quarters, `half` units in half width, of the part in the middle of which they meet.
+  PATCHRT_INLINE void add_quarters(int l, coordinate middle_x, coordinate middle_y, int half) {
     for (int k = 0; k < 4; ++k) {
-      lane[size + k] = l;
-      x[size + k] = middle_x + (k & 1 ? half : -half);
-      y[size + k] = middle_y + (k & 2 ? half : -half);
+      lane[size + k] = static_cast<lane_number>(l);
+      x[size + k] = static_cast<coordinate>(middle_x + static_cast<coordinate>(k & 1 ? half : -half));
+      y[size + k] = static_cast<coordinate>(middle_y + static_cast<coordinate>(k & 2 ? half : -half));
     }
     size += 4;
     of_lane[l] += 4;
@@ -103,6 +107,16 @@ template <int N> struct part_list {
     for (int i = 0; i < N; ++i) {
       lane[size + i] = 0;
       x[size + i] = y[size + i] = 0;
+    }
+  }
+  /// N numbers at `from` as a T, in units of 1.
+  template <scalar T> PATCHRT_INLINE static T load(coordinate const* from) {
+    if constexpr (N == 1) {
+      return T(float(*from) * unit);
+    } else {
+      T at;
+      load_lanes(from, at);
+      return at * T(unit);
     }
   }
 };
@@ -157,7 +171,7 @@ template <accuracy A, scalar T> class patch_search {
           return any_of(cell_lanes_);
         },
         [&](std::uint32_t k, std::uint32_t index) PATCHRT_INLINE_LAMBDA {
-          if (!is_projected) projected_ = project(search_.power, origin_, state_.n1, state_.n2);
+          if (!is_projected) projected_ = project(search_.power, search_.reach, origin_, state_.n1, state_.n2);
           is_projected = true;
           visit_leaf(k, state_.hierarchy.leaves[tree.first_leaf + index]);
         });
@@ -221,7 +235,7 @@ template <accuracy A, scalar T> class patch_search {
   }
 
   /// Quarters cells, another in each lane, until their parts are seen to have no root, or one, and gives these to
-  /// `sink(lanes, single, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the last level are given as they
+  /// `sink(lanes, single, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the sixth level are given as they
   /// are, and so is what is left of a level where a lane has more than `most_parts`: a patch that is a line or a point has no
   /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail.
   ///
@@ -229,41 +243,36 @@ template <accuracy A, scalar T> class patch_search {
   /// parts.
   template <bool Thorough, class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cells, Sink&& sink) {
     constexpr int N = lanes_v<T>;
-    constexpr int most_levels = 6;
-    part_list<N> lists[2];
-    part_list<N>* level = &lists[0];
+    using list = part_list<N>;
+    list lists[2];
+    list* level = &lists[0];
     level->clear();
+    int half = 32;  // of a part of this level, in the list's units
     for (unsigned rest = mask_bits(cells.lanes); rest != 0; rest &= rest - 1)
-      level->add_quarters(lowest_bit(rest), 0, 0, 0.5f);
-    float half = 0.5f;  // of a part of this level, in units of its cell
-    for (int depth = 1; level->size != 0; ++depth, half *= 0.5f) {
-      part_list<N>* const next = &lists[depth & 1];
+      level->add_quarters(lowest_bit(rest), 0, 0, half);
+    for (; level->size != 0; half /= 2) {
+      list* const next = level == &lists[0] ? &lists[1] : &lists[0];
       level->pad();
       next->clear();
       for (int first = 0; first < level->size; first += N) {
         int const count = std::min(level->size - first, N);
-        std::int32_t const* const lane = level->lane + first;
+        std::int32_t lane[N];
+        for (int i = 0; i < N; ++i) lane[i] = level->lane[first + i];
         T const cell_half_x = permute(cells.half_x, lane), cell_half_y = permute(cells.half_y, lane);
-        T in_cell_x, in_cell_y;
-        load_lanes(level->x + first, in_cell_x);
-        load_lanes(level->y + first, in_cell_y);
-        patch_part<T> const part{fma(in_cell_x, cell_half_x, permute(cells.x, lane)),
-                                 fma(in_cell_y, cell_half_y, permute(cells.y, lane)), cell_half_x * T(half),
-                                 cell_half_y * T(half), convert<TM>((2u << (count - 1)) - 1u)};
-        projected_patch<T> projected;
-        PATCHRT_UNROLL
-        for (int k = 0; k < 16; ++k) {
-          projected.f[k] = permute(projected_.f[k], lane);
-          projected.g[k] = permute(projected_.g[k], lane);
-        }
-        cell_verdict<T> const v = examine_cell(projected, part.x, part.y, part.half_x, part.half_y);
+        T const size(float(half) * list::unit);
+        patch_part<T> const part{fma(list::template load<T>(level->x + first), cell_half_x, permute(cells.x, lane)),
+                                 fma(list::template load<T>(level->y + first), cell_half_y, permute(cells.y, lane)),
+                                 cell_half_x * size, cell_half_y * size, convert<TM>((2u << (count - 1)) - 1u)};
+        cell_verdict<T> v;
+        if constexpr (N == 1) v = examine_cell(projected_, part.x, part.y, part.half_x, part.half_y);
+        else v = examine_cell(permute(projected_, lane), part.x, part.y, part.half_x, part.half_y);
         if (state_.counts) state_.counts->newton_steps += unsigned(count);
         unsigned const possible = mask_bits(part.lanes && v.possible);
         unsigned whole = possible & mask_bits(Thorough ? v.convergent : v.at_most_one);
         for (unsigned rest = possible & ~whole; rest != 0; rest &= rest - 1) {
           int const i = lowest_bit(rest);
-          if (depth == most_levels || level->of_lane[lane[i]] > part_list<N>::most_parts) whole |= 1u << i;
-          else next->add_quarters(lane[i], level->x[first + i], level->y[first + i], 0.5f * half);
+          if (half == 1 || level->of_lane[lane[i]] > list::most_parts) whole |= 1u << i;
+          else next->add_quarters(lane[i], level->x[first + i], level->y[first + i], half / 2);
         }
         if (whole != 0) give_whole(whole, lane, v, part, sink);
       }
@@ -321,16 +330,17 @@ template <accuracy A, scalar T> class patch_search {
     } else {
       newton_result<T> const n = newton(projected_, w.x, w.y, T(2) * w.half_x, T(2) * w.half_y, w.lanes, 0x1p-10f, 10);
       if (state_.counts) state_.counts->newton_steps += unsigned(n.steps) * state_.lanes_on(w.lanes);
+      T const dx = abs(n.x - w.cell_x) - n.error_x, dy = abs(n.y - w.cell_y) - n.error_y;
       T const spare(0x1p-10f);
-      T const dx = abs(n.x - w.cell_x), dy = abs(n.y - w.cell_y);
       TM const inside = n.converged && dx <= w.half_x + spare && dy <= w.half_y + spare;
-      if (any_of(inside)) finish(w, n.x, n.y, inside);
+      if (any_of(inside)) finish(w, n, inside);
       return w.lanes && w.single && !(n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y);
     }
   }
 
   /// The hits of the lanes in `inside` from their roots in float.
-  PATCHRT_INLINE void finish(cell_batch const& w, T x, T y, TM inside) {
+  PATCHRT_INLINE void finish(cell_batch const& w, newton_result<T> const& n, TM inside) {
+    T const x = n.x, y = n.y;
     patch_root<S> root;
     vec3<T> const from_origin = difference(position(search_.power, x, y), origin_);
     T const along = dot(from_origin, state_.direction) / state_.squared_length;
@@ -343,8 +353,10 @@ template <accuracy A, scalar T> class patch_search {
       root.valid = abs(x) <= edge && abs(y) <= edge;
       keep(w.entry, root, start_ + along, inside && root.valid);
     } else {
-      // Most roots of rays that leave a surface are where they left it: they need no correction.
-      T const spare(static_cast<float>(exact_.size * state_.hierarchy.inverse_scale) * 0x1p-13f);
+      // Most roots of rays that leave a surface are where they left it: they need no correction. |S_x| and |S_y| are under four
+      // sizes.
+      T const spare = T(static_cast<float>(exact_.size * state_.hierarchy.inverse_scale)) *
+                      fma(T(4), n.error_x + n.error_y, T(0x1p-13f));
       T const entry = max(w.entry, along - spare);
       inside = inside && soonest_ <= along + spare && entry <= nearest_;
       if (!any_of(inside)) return;
@@ -356,6 +368,7 @@ template <accuracy A, scalar T> class patch_search {
                     [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
                       correct(exact_.patch, exact_.size, origin, direction, r);
                     });
+      root.t = root.t * state_.per_scaled;
       keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
     }
   }
@@ -370,11 +383,13 @@ template <accuracy A, scalar T> class patch_search {
     for_each_part(root, [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
       steps = std::max(steps, solve_on_planes(exact_.patch, exact_.size, origin, direction, r));
     });
+    root.t = root.t * state_.per_scaled;
     if (state_.counts) state_.counts->newton_steps += unsigned(steps) * state_.lanes_on(w.lanes);
     keep(w.entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
   }
 
-  /// f(root, origin, direction) for every part of `root` with a valid lane: the user's rays, relative to the patch's base.
+  /// f(root, origin, direction) for every part of `root` with a valid lane: the user's rays, relative to the patch's base and
+  /// with `search_direction`, so that no product of it over- or underflows.
   template <class F> PATCHRT_INLINE void for_each_part(patch_root<S>& root, F&& f) {
     using P = scalar_parts<S>;
     using M = scalar_parts<SM>;
@@ -384,8 +399,8 @@ template <accuracy A, scalar T> class patch_search {
       patch_root<part_t<S>> r{P::get(root.t, i), P::get(root.u, i), P::get(root.v, i), P::get(root.residual, i),
                               M::get(root.valid, i)};
       vec3<part_t<S>> const origin{P::get(user.origin.x, i), P::get(user.origin.y, i), P::get(user.origin.z, i)};
-      vec3<part_t<S>> const direction{P::get(user.direction.x, i), P::get(user.direction.y, i),
-                                      P::get(user.direction.z, i)};
+      vec3<S> const& d = state_.search_direction;
+      vec3<part_t<S>> const direction{P::get(d.x, i), P::get(d.y, i), P::get(d.z, i)};
       f(r, difference(origin, convert_vec<part_t<S>>(exact_.base)), direction);
       P::set(root.t, i, r.t);
       P::set(root.u, i, r.u);

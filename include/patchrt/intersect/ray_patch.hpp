@@ -11,21 +11,32 @@
 #include <patchrt/roots/newton.hpp>
 #include <patchrt/shapes/power_patch.hpp>
 
+#include <cstdint>
 #include <limits>
 
 namespace patchrt {
 
-/// The signed distances (scaled by |n1|, |n2|) of S(x, y) from a ray's two planes, in powers of x and y.
+/// The signed distances (scaled by |n1|, |n2|) of S(x, y) from a ray's two planes, in powers of x and y, and what rounding may
+/// have changed in either, evaluation included.
 template <scalar T> struct projected_patch {
   T f[16];
   T g[16];
+  T rounding_f;
+  T rounding_g;
 };
 
 /// Projects `patch` on the planes through `origin` with normals n1 and n2: 96 fused operations a lane.
+///
+/// `reach` bounds, by coordinate, the sum of the patch's |coefficients| and the origin. A coefficient of S comes into f by up to
+/// 12 roundings (its own, 3 of the normal, 3 of the product, 5 to 8 of Horner's rule), 24 half epsilons; 16 epsilon
+/// of |n|.reach cover these and the origin's.
 template <scalar T, scalar P>
-PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<T> const& origin, vec3<T> const& n1,
-                                          vec3<T> const& n2) {
+PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<P> const& reach, vec3<T> const& origin,
+                                          vec3<T> const& n1, vec3<T> const& n2) {
   projected_patch<T> p;
+  T const unit(16 * std::numeric_limits<lane_t<T>>::epsilon());
+  p.rounding_f = unit * dot(absolute(n1), convert_vec<T>(reach));
+  p.rounding_g = unit * dot(absolute(n2), convert_vec<T>(reach));
   PATCHRT_UNROLL
   for (int k = 0; k < 16; ++k) {
     vec3<T> const a = convert_vec<T>(patch.coefficients[k]);
@@ -34,6 +45,20 @@ PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<T> c
   }
   p.f[0] = p.f[0] - dot(n1, origin);
   p.g[0] = p.g[0] - dot(n2, origin);
+  return p;
+}
+
+/// Lane i of the result is of lane index[i].
+template <scalar T>
+PATCHRT_INLINE projected_patch<T> permute(projected_patch<T> const& projected, std::int32_t const* index) {
+  projected_patch<T> p;
+  PATCHRT_UNROLL
+  for (int k = 0; k < 16; ++k) {
+    p.f[k] = permute(projected.f[k], index);
+    p.g[k] = permute(projected.g[k], index);
+  }
+  p.rounding_f = permute(projected.rounding_f, index);
+  p.rounding_g = permute(projected.rounding_g, index);
   return p;
 }
 
@@ -81,7 +106,7 @@ template <scalar T> struct cell_start {
 
 /// The root of the cell's linear part, and the proof, where it holds, that the cell has no root.
 ///
-/// A root in the cell satisfies F(c) + J (p - c) + R = 0 with |R| <= |n|.remainder, so that |J^-1 F(c)| exceeds the cell's
+/// A root in the cell satisfies F(c) + J (p - c) + R = 0 with |R| <= |n|.remainder and what rounding adds, so that |J^-1 F(c)| exceeds the cell's
 /// half width by |J^-1| |R| at most; where it exceeds that, `possible` is false. `abs_n1`, `abs_n2` are the planes' normals'
 /// magnitudes by component. The start is in the cell.
 /// \note The linear exclusion of Toth, "On ray tracing parametric surfaces", SIGGRAPH 1985, with a precomputed remainder in
@@ -91,8 +116,8 @@ PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T> const& p, vec3<T> c
                                           patch_cell<T> const& c) {
   bivariate<T> const b = evaluate(p, c.x, c.y);
   scaled_step<T> const s = newton_step(b);
-  T const rf = dot(abs_n1, c.remainder);
-  T const rg = dot(abs_n2, c.remainder);
+  T const rf = dot(abs_n1, c.remainder) + p.rounding_f;
+  T const rg = dot(abs_n2, c.remainder) + p.rounding_g;
   T const det = abs(s.det);
   T const reach_x = fma(det, c.half_x, fma(abs(b.gy), rf, abs(b.fy) * rg));
   T const reach_y = fma(det, c.half_y, fma(abs(b.gx), rf, abs(b.fx) * rg));
@@ -129,14 +154,14 @@ template <scalar T> PATCHRT_INLINE void shift_cubic(T const* c, int stride, T at
 }
 
 template <scalar T>
-PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& x, T const& y, T const& half_x, T const& half_y,
-                                 cell_expansion<T>& e) {
+PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& rounding, T const& x, T const& y, T const& half_x,
+                                 T const& half_y, cell_expansion<T>& e) {
   T rows[16], b[16];
   PATCHRT_UNROLL
   for (int k = 0; k < 4; ++k) shift_cubic(a + 4 * k, 1, y, half_y, rows + 4 * k);
   PATCHRT_UNROLL
   for (int l = 0; l < 4; ++l) shift_cubic(rows + l, 4, x, half_x, b + l);
-  e = {b[0], b[4], b[1], T(0), T(0), T(0)};
+  e = {b[0], b[4], b[1], rounding, T(0), T(0)};
   PATCHRT_UNROLL
   for (int k = 0; k < 4; ++k) PATCHRT_UNROLL
   for (int l = 0; l < 4; ++l) {
@@ -152,7 +177,7 @@ PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& x, T const& y, T con
 /// Excludes a cell, or shows that it has one root at most, from the two plane functions' own expansion about its middle.
 ///
 /// With F = sum b_kl p^k q^l, |p|, |q| <= 1 over the cell, what F leaves of its linear part is at most the sum of the other
-/// |b_kl|, and the Jacobian's change at most the sums of k |b_kl| and l |b_kl|. Multiplied by the Jacobian's adjoint in the middle,
+/// |b_kl| and what rounding adds, and the Jacobian's change at most the sums of k |b_kl| and l |b_kl|. Multiplied by the Jacobian's adjoint in the middle,
 /// the first gives exclusion as in `linear_start`, multiplied by its transpose one that works where it is singular; the second
 /// gives a P-matrix, hence an injective map, where (|det| - e11) (|det| - e22) > e12 e21 with both factors positive; where
 /// both row sums of e are under |det| / 4, no two Jacobians of the cell differ by more than 2/3 of either, relatively, and Newton
@@ -161,8 +186,8 @@ PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& x, T const& y, T con
 template <scalar T>
 PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T y, T half_x, T half_y) {
   detail::cell_expansion<T> f, g;
-  detail::expand_cell(p.f, x, y, half_x, half_y, f);
-  detail::expand_cell(p.g, x, y, half_x, half_y, g);
+  detail::expand_cell(p.f, p.rounding_f, x, y, half_x, half_y, f);
+  detail::expand_cell(p.g, p.rounding_g, x, y, half_x, half_y, g);
   scaled_step<T> const s = newton_step(bivariate<T>{f.value, f.by_x, f.by_y, g.value, g.by_x, g.by_y});
   T const det = abs(s.det);
   T const fx = abs(f.by_x), fy = abs(f.by_y), gx = abs(g.by_x), gy = abs(g.by_y);
@@ -189,9 +214,10 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T 
   return v;
 }
 
-/// Newton's iterate, the lanes that converged, and the steps that were taken.
+/// Newton's iterate, how far rounding may have moved it (to first order), the lanes that converged, and the steps that were taken.
 template <scalar T> struct newton_result {
   T x, y;
+  T error_x, error_y;
   mask_t<T> converged;
   int steps;
 };
@@ -199,86 +225,149 @@ template <scalar T> struct newton_result {
 /// Newton's iteration on the two plane functions from (x, y), for the lanes in `active`.
 ///
 /// A lane has converged after a step shorter than `tolerance` in both parameters, which leaves an error of the order of
-/// tolerance^2 and the rounding of T; it is given up when it has left |x|, |y| < 1.5 or after `max_steps`. Steps are limited to (limit_x, limit_y).
+/// tolerance^2, or where both functions are no more than their rounding: there only a short step is taken. It is given up when it has left |x|, |y| < 1.5
+/// or after `max_steps`. Steps are limited to (limit_x, limit_y). Errors are |J^-1| times the functions' rounding, with the last J.
 template <scalar T>
 PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, T limit_x, T limit_y, mask_t<T> active,
                                        lane_t<T> tolerance, int max_steps) {
   T const eps(tolerance);
   auto converged = active && !active;
+  T error_x(0), error_y(0), det(1);  // errors times |det|
   int steps = 0;
   while (steps < max_steps && any_of(active)) {
     bivariate<T> const b = evaluate(p, x, y);
-    limited_step<T> const step = limit_step(newton_step(b), limit_x, limit_y);
-    x = select(active, x + step.dx, x);
-    y = select(active, y + step.dy, y);
-    auto const small = active && abs(step.dx) < eps && abs(step.dy) < eps;
-    converged = converged || small;
+    scaled_step<T> const s = newton_step(b);
+    limited_step<T> const step = limit_step(s, limit_x, limit_y);
+    auto const at_root = abs(b.f) <= p.rounding_f && abs(b.g) <= p.rounding_g;
+    auto const is_short = abs(step.dx) < eps && abs(step.dy) < eps;
+    auto const moving = active && (is_short || !at_root);
+    x = select(moving, x + step.dx, x);
+    y = select(moving, y + step.dy, y);
+    det = select(active, abs(s.det), det);
+    error_x = select(active, fma(abs(b.gy), p.rounding_f, abs(b.fy) * p.rounding_g), error_x);
+    error_y = select(active, fma(abs(b.gx), p.rounding_f, abs(b.fx) * p.rounding_g), error_y);
+    converged = converged || (active && (is_short || at_root));
     T const away(lane_t<T>(1.5));
-    active = active && !small && abs(x) < away && abs(y) < away;
+    active = active && !converged && abs(x) < away && abs(y) < away;
     ++steps;
   }
-  return {x, y, converged, steps};
+  T const least = max(det, T(std::numeric_limits<lane_t<T>>::min()));
+  return {x, y, error_x / least, error_y / least, converged, steps};
 }
 
 /// A point common to a ray and a patch: t in units of |direction|, (u, v) in [0, 1]^2, `residual` the last correction's length
-/// in units of the patch's space (an estimate of the error before it, hence a bound on the error after it). Unspecified where
-/// not `valid`.
+/// in units of the patch's space: about the error before it, and so more than the error after it unless the ray grazes. Unspecified
+/// where not `valid`.
 template <scalar T> struct patch_root {
   T t, u, v;
   T residual;
   mask_t<T> valid;
 };
 
+namespace detail {
+/// u + du in [0, 1]; where du is no number, or a leap that no Newton step from beside a root is, u.
+template <scalar S> PATCHRT_INLINE S step_within(S u, S du) {
+  using L = lane_t<S>;
+  S const to = select(abs(du) < S(L(4)), u + du, u);
+  return min(max(to, S(L(0))), S(L(1)));
+}
+template <scalar S> PATCHRT_INLINE S sum_of_magnitudes(vec3<S> const& a) { return abs(a.x) + abs(a.y) + abs(a.z); }
+}  // namespace detail
+
+namespace detail {
+/// Newton's iteration in (u, v, t) beside a pole, where a whole edge is one point and u (or v) says little until v (or u) is
+/// right: starts inside and never goes more than seven eighths of the way to an edge. Gives the lanes whose ray passes S(u, v)
+/// within `rounding`.
+template <scalar S, scalar P>
+PATCHRT_OUTLINE mask_t<S> correct_beside_pole(bicubic_patch<P> const& patch, S rounding, vec3<S> const& origin,
+                                              vec3<S> const& direction, S& u, S& v, mask_t<S> active) {
+  using L = lane_t<S>;
+  S const one(L(1)), half(L(0.5)), edge(L(0x1p-10));
+  surface_point<S> p = evaluate(patch, u, v);
+  auto const is_u_lost = sum_of_magnitudes(p.du) < sum_of_magnitudes(p.dv);
+  u = select(active, select(is_u_lost, half, min(max(u, edge), one - edge)), u);
+  v = select(active, select(is_u_lost, min(max(v, edge), one - edge), half), v);
+  auto found = active && !active;
+  for (int step = 0; step < 64 && any_of(active); ++step) {
+    p = evaluate(patch, u, v);
+    vec3<S> const r = difference(origin, p.position);
+    vec3<S> const across_v = cross(p.dv, direction), across_u = cross(direction, p.du);
+    S const det = dot(p.du, across_v);
+    S const beside = sum_of_magnitudes(difference(r, scale(direction, dot(r, direction) / dot(direction, direction))));
+    found = found || (active && beside <= rounding);
+    active = active && !found;
+    S const du = dot(r, across_v) / det, dv = dot(r, across_u) / det;
+    S const most(L(0.875));
+    u = select(active && abs(du) < S(L(1e9)), u + min(max(du, -(most * u)), most * (one - u)), u);
+    v = select(active && abs(dv) < S(L(1e9)), v + min(max(dv, -(most * v)), most * (one - v)), v);
+  }
+  return found;
+}
+}  // namespace detail
+
 /// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one with the same
-/// Jacobian, again until both together have converged.
+/// Jacobian, again until both together have converged; all within [0, 1]^2.
 ///
 /// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at which steps
 /// with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53 nothing is, and
 /// roots away from grazing end at the rounding of S, about 4 ulp of (patch size + |origin|) over the cosine between ray and
-/// normal. A root counts where (u, v) is in [0,1]^2 up to what the residual's own rounding moves it by (`size` = the largest
-/// |coordinate| of the control points); then it is clamped.
+/// normal. Where a step would leave [0,1]^2, or the Jacobian tells it nothing (at a pole, where an edge is one point), the root
+/// counts if the ray passes S(u, v) within 16 epsilon of (size + |origin|), which is S's own rounding: so a ray through a common edge of
+/// two patches finds one of them (`size` = the largest |coordinate| of the control points).
 /// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, scalar P>
 PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
                              vec3<S> const& direction, patch_root<S>& root) {
   using L = lane_t<S>;
-  S u = root.u, v = root.v;
+  S u = min(max(root.u, S(L(0))), S(L(1))), v = min(max(root.v, S(L(0))), S(L(1)));
   auto moving = root.valid;
+  auto on_edge = moving && !moving;
   for (int pass = 0; pass < 4 && any_of(moving); ++pass) {
     surface_point<S> const p = evaluate(patch, u, v);
     vec3<S> const across_v = cross(p.dv, direction);
     vec3<S> const across_u = cross(direction, p.du);
     S const inverse = S(1) / dot(p.du, across_v);
     vec3<S> r = difference(origin, p.position);
-    S const first_u = dot(r, across_v) * inverse;
-    S const first_v = dot(r, across_u) * inverse;
-    S nu = u + first_u;
-    S nv = v + first_v;
-    r = difference(origin, position(patch, nu, nv));
+    S const first_u = detail::step_within(u, dot(r, across_v) * inverse);
+    S const first_v = detail::step_within(v, dot(r, across_u) * inverse);
+    r = difference(origin, position(patch, first_u, first_v));
     S const du = dot(r, across_v) * inverse;
     S const dv = dot(r, across_u) * inverse;
-    nu = nu + du;
-    nv = nv + dv;
-    u = select(moving, nu, u);
-    v = select(moving, nv, v);
+    S const second_u = detail::step_within(first_u, du);
+    S const second_v = detail::step_within(first_v, dv);
+    S const first = max(abs(first_u - u), abs(first_v - v));
+    S const second = max(abs(second_u - first_u), abs(second_v - first_v));
+    u = select(moving, second_u, u);
+    v = select(moving, second_v, v);
     vec3<S> const step = fma(du, p.du, scale(p.dv, dv));
-    vec3<S> const chord = difference(step, r);  // from the origin to the corrected point
-    root.t = select(moving, dot(chord, direction), root.t);
-    S const moved = max(abs(du), abs(dv));
-    S const first = max(abs(first_u), abs(first_v));
-    root.residual = select(moving, abs(step.x) + abs(step.y) + abs(step.z), root.residual);
-    S const rounding = S(L(16) * std::numeric_limits<L>::epsilon()) *
-                       (abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size)) * abs(inverse);
-    S const most(L(1e-6));
-    S const slack_u = min(rounding * (abs(across_v.x) + abs(across_v.y) + abs(across_v.z)), most);
-    S const slack_v = min(rounding * (abs(across_u.x) + abs(across_u.y) + abs(across_u.z)), most);
-    auto const inside = -slack_u <= u && u <= S(1) + slack_u && -slack_v <= v && v <= S(1) + slack_v;
-    root.valid = (moving && inside) || (!moving && root.valid);
-    moving = moving && first * S(L(0x1p-53)) < moved * moved && S(L(0x1p-50)) < moved;
+    root.t = select(moving, dot(difference(step, r), direction), root.t);  // to the corrected point
+    root.residual = select(moving, detail::sum_of_magnitudes(step), root.residual);
+    on_edge = (on_edge && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
+    moving = moving && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
   }
-  root.t = root.t / dot(direction, direction);
-  root.u = min(max(u, S(0)), S(1));
-  root.v = min(max(v, S(0)), S(1));
+  S const squared = dot(direction, direction);
+  on_edge = on_edge && root.valid;
+  if (any_of(on_edge)) {
+    S const rounding = S(L(16) * std::numeric_limits<L>::epsilon()) * (detail::sum_of_magnitudes(origin) + S(size));
+    auto const beside = [&](vec3<S> const& chord) {
+      return detail::sum_of_magnitudes(difference(chord, scale(direction, dot(chord, direction) / squared)));
+    };
+    surface_point<S> const p = evaluate(patch, u, v);
+    vec3<S> chord = difference(p.position, origin);
+    auto at_root = on_edge && beside(chord) <= rounding;
+    auto const at_pole = on_edge && !at_root &&
+                         min(detail::sum_of_magnitudes(p.du), detail::sum_of_magnitudes(p.dv)) < S(L(0x1p-10) * size);
+    if (any_of(at_pole)) {
+      at_root = at_root || detail::correct_beside_pole(patch, rounding, origin, direction, u, v, at_pole);
+      chord = difference(position(patch, u, v), origin);
+    }
+    root.t = select(on_edge, dot(chord, direction), root.t);
+    root.residual = select(on_edge, beside(chord), root.residual);
+    root.valid = root.valid && (!on_edge || at_root);
+  }
+  root.t = root.t / squared;
+  root.u = u;
+  root.v = v;
 }
 
 /// The paper's solver: Newton's iteration in (u, v) on the ray's two planes, from `root`'s (u, v), on the control points.

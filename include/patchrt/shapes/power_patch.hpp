@@ -14,9 +14,7 @@ namespace patchrt {
 /// rounding error: gamma_7 sum_kl |coefficients[4k + l]| a coordinate.
 /// \note Farouki & Rajan, "On the numerical condition of polynomials in Bernstein form", CAGD 4, 1987, section 5: the power
 ///       form about the middle of the interval is the best conditioned of the power forms.
-template <scalar T> struct power_patch {
-  vec3<T> coefficients[16];
-};
+template <scalar T> struct power_patch { vec3<T> coefficients[16]; };
 
 namespace detail {
 /// Control values of a cubic over [0, 1] to powers of x = 2t - 1, in place, `stride` apart.
@@ -41,6 +39,13 @@ template <scalar T> PATCHRT_HD power_patch<T> to_power(bicubic_patch<T> const& p
   for (int i = 0; i < 4; ++i) detail::bernstein_to_power(q.coefficients + 4 * i, 1);
   for (int j = 0; j < 4; ++j) detail::bernstein_to_power(q.coefficients + j, 4);
   return q;
+}
+
+/// The sum of the coefficients' magnitudes by coordinate, which bounds |S|, and what its rounding is in proportion to.
+template <scalar T> PATCHRT_HD vec3<T> coefficient_sum(power_patch<T> const& patch) {
+  vec3<T> s = absolute(patch.coefficients[0]);
+  for (int k = 1; k < 16; ++k) s = sum(s, absolute(patch.coefficients[k]));
+  return s;
 }
 
 /// S(x, y) alone: 15 fused operations a coordinate.

@@ -23,8 +23,9 @@ template <class T> struct solve_kernel {
     patch_cell<T> const& cell = cells[i];
     vec3<T> n1, n2;
     plane_normals(r.direction, n1, n2);
-    projected_patch<T> const projected = project(powers[i], r.origin, n1, n2);
-    cell_start<T> const start = linear_start(projected, magnitude(n1), magnitude(n2), cell);
+    vec3<T> const reach = sum(coefficient_sum(powers[i]), absolute(r.origin));
+    projected_patch<T> const projected = project(powers[i], reach, r.origin, n1, n2);
+    cell_start<T> const start = linear_start(projected, absolute(n1), absolute(n2), cell);
     cell_verdict<T> const verdict = examine_cell(projected, cell.x, cell.y, cell.half_x, cell.half_y);
     newton_result<T> const n = newton(projected, start.x, start.y, T(0.5), T(0.5), start.possible, T(0x1p-12), 8);
     patch_root<T> root{T(0), fma(n.x, T(0.5), T(0.5)), fma(n.y, T(0.5), T(0.5)), T(0), n.converged};
@@ -59,7 +60,6 @@ template <class T> struct solve_kernel {
     *y++ = root.valid ? root.residual : zero;
     return y;
   }
-  PATCHRT_HD static vec3<T> magnitude(vec3<T> const& v) { return {abs(v.x), abs(v.y), abs(v.z)}; }
 };
 
 }  // namespace patchrt::test
