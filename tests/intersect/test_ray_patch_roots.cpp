@@ -136,32 +136,29 @@ TEST_CASE("corrected roots are within 2 epsilon of (patch size + |origin|) over 
   CHECK(grazing > 500);
 }
 
-TEST_CASE("a corrected root is as near to some root as its residual says, however poor the start") {
+TEST_CASE("a corrected root is a root up to rounding, however poor the start") {
   unsigned const seed = 357;
   CAPTURE(seed);
   std::mt19937 g(seed);
   double worst = 0;
-  int valid = 0, unsettled = 0;
+  int valid = 0;
   for (known_root const& k : make_roots(g, 1000, 1e-3)) {
     auto r = k.start(uniform(g, -0.05, 0.05), uniform(g, -0.05, 0.05));
     correct(k.patch, k.size, k.line.origin, k.line.direction, r);
     if (!r.valid) continue;
     ++valid;
-    double nearest = no_limit;  // error beyond rounding, over residual
+    double nearest = no_limit;  // error in units of rounding
     std::vector<oracle_patch> const patches{numbers_of(k.patch)};
     for (oracle_root const& root : oracle_all_hits(patches, numbers_of(k.line))) {
       auto const at = evaluate(k.patch, double(root.u), double(root.v));
       known_root const other{k.patch, k.line, root, k.size, at.du, at.dv};
-      double const error = root.singular ? 0 : std::max(0., other.error_in_space(r) - 2 * other.unit());
-      nearest = std::min(nearest, error / r.residual);
+      nearest = std::min(nearest, root.singular ? 0 : other.error_in_space(r) / other.unit());
     }
     worst = std::max(worst, nearest);
-    unsettled += nearest > 0;
   }
-  CAPTURE(worst, valid, unsettled);
-  CHECK(worst <= 8);
+  CAPTURE(worst, valid);
+  CHECK(worst <= 4);
   CHECK(valid > 800);
-  CHECK(unsettled > 20);
 }
 
 TEST_CASE("roots exactly on an edge or in a corner are kept, and reported there") {
@@ -227,7 +224,7 @@ TEST_CASE("a ray in the plane of a patch has no root, and one through a patch th
   root = {0, 0.5, 0.5, 0, true};
   correct(point, 1., origin, direction, root);
   CHECK((root.valid && root.t == 1.5 && root.residual == 0));
-  correct(point, 1., origin + vec3<double>(0, 1e-14, 0), direction, root);
+  correct(point, 1., origin + vec3<double>(0, 1e-13, 0), direction, root);
   CHECK(!root.valid);
   for (auto const& p : {flat, point}) {
     patch_root<double> r{0, 0.5, 0.5, 0, true};

@@ -309,20 +309,21 @@ PATCHRT_OUTLINE mask_t<S> correct_beside_pole(bicubic_patch<P> const& patch, S r
 /// Jacobian, again until both together have converged; all within [0, 1]^2.
 ///
 /// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at which steps
-/// with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53 nothing is, and
+/// with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53, or the second step under what rounding makes of steps, nothing is, and
 /// roots away from grazing end at the rounding of S, about 4 ulp of (patch size + |origin|) over the cosine between ray and
-/// normal. Where a step would leave [0,1]^2, or the Jacobian tells it nothing (at a pole, where an edge is one point), the root
-/// counts if the ray passes S(u, v) within 16 epsilon of (size + |origin|), which is S's own rounding: so a ray through a common edge of
+/// normal. Where a step would leave [0,1]^2, or the Jacobian tells it nothing (at a pole, where an edge is one point), or twelve
+/// passes do not suffice (the ray grazes, or just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size + |origin|), which is S's own rounding: so a ray through a common edge of
 /// two patches finds one of them (`size` = the largest |coordinate| of the control points).
 /// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, scalar P>
 PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
                              vec3<S> const& direction, patch_root<S>& root) {
   using L = lane_t<S>;
+  S const rounding = S(L(32) * std::numeric_limits<L>::epsilon()) * (detail::sum_of_magnitudes(origin) + S(size));
   S u = min(max(root.u, S(L(0))), S(L(1))), v = min(max(root.v, S(L(0))), S(L(1)));
   auto moving = root.valid;
-  auto on_edge = moving && !moving;
-  for (int pass = 0; pass < 4 && any_of(moving); ++pass) {
+  auto unsure = moving && !moving, blind = unsure;
+  for (int pass = 0; pass < 12 && any_of(moving); ++pass) {
     surface_point<S> const p = evaluate(patch, u, v);
     vec3<S> const across_v = cross(p.dv, direction);
     vec3<S> const across_u = cross(direction, p.du);
@@ -342,28 +343,32 @@ PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3
     vec3<S> const step = fma(du, p.du, scale(p.dv, dv));
     root.t = select(moving, dot(difference(step, r), direction), root.t);  // to the corrected point
     root.residual = select(moving, detail::sum_of_magnitudes(step), root.residual);
-    on_edge = (on_edge && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
-    moving = moving && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
+    unsure = (unsure && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
+    S const leap(L(4));
+    blind = (blind && !moving) || (moving && !(abs(du) < leap && abs(dv) < leap));
+    S const noise = rounding * abs(inverse) * S(L(0.125));  // of a step, over |across_v| or |across_u|
+    auto const is_noise = abs(du) <= noise * detail::sum_of_magnitudes(across_v) &&
+                          abs(dv) <= noise * detail::sum_of_magnitudes(across_u);
+    moving = moving && !is_noise && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
   }
   S const squared = dot(direction, direction);
-  on_edge = on_edge && root.valid;
-  if (any_of(on_edge)) {
-    S const rounding = S(L(16) * std::numeric_limits<L>::epsilon()) * (detail::sum_of_magnitudes(origin) + S(size));
+  unsure = (unsure || moving) && root.valid;
+  if (any_of(unsure)) {
     auto const beside = [&](vec3<S> const& chord) {
       return detail::sum_of_magnitudes(difference(chord, scale(direction, dot(chord, direction) / squared)));
     };
     surface_point<S> const p = evaluate(patch, u, v);
     vec3<S> chord = difference(p.position, origin);
-    auto at_root = on_edge && beside(chord) <= rounding;
-    auto const at_pole = on_edge && !at_root &&
+    auto at_root = unsure && beside(chord) <= rounding;
+    auto const at_pole = unsure && !at_root &&
                          min(detail::sum_of_magnitudes(p.du), detail::sum_of_magnitudes(p.dv)) < S(L(0x1p-10) * size);
     if (any_of(at_pole)) {
       at_root = at_root || detail::correct_beside_pole(patch, rounding, origin, direction, u, v, at_pole);
       chord = difference(position(patch, u, v), origin);
     }
-    root.t = select(on_edge, dot(chord, direction), root.t);
-    root.residual = select(on_edge, beside(chord), root.residual);
-    root.valid = root.valid && (!on_edge || at_root);
+    root.t = select((unsure && blind) || at_pole, dot(chord, direction), root.t);
+    root.residual = select(unsure, beside(chord), root.residual);
+    root.valid = root.valid && (!unsure || at_root);
   }
   root.t = root.t / squared;
   root.u = u;
