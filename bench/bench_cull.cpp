@@ -7,6 +7,7 @@
 /// machine. All times are those of one thread. PATCHRT_MODEL=FILE names another model than the teapot; its front is the
 /// side that the first view's nearest hits show most of.
 #include "support/round_robin.hpp"
+#include "support/run_benchmarks.hpp"
 #include "support/workload.hpp"
 
 #include <patchrt/accel/cull_back_faces.hpp>
@@ -17,10 +18,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
 
 namespace {
 
@@ -141,14 +140,4 @@ BENCHMARK_TEMPLATE(trace_views, accuracy::reference)->Unit(benchmark::kMilliseco
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    the_study();
-  } catch (std::exception const& e) {
-    std::fprintf(stderr, "%s\n", e.what());
-    return 1;
-  }
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  benchmark::RunSpecifiedBenchmarks();
-}
+int main(int argc, char** argv) { return patchrt::bench::run_benchmarks(argc, argv, the_study); }
