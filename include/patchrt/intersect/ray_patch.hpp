@@ -308,12 +308,14 @@ PATCHRT_OUTLINE mask_t<S> correct_beside_pole(bicubic_patch<P> const& patch, S r
 /// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one with the same
 /// Jacobian, again until both together have converged; all within [0, 1]^2.
 ///
-/// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at which steps
-/// with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53, or the second step under what rounding makes of steps, nothing is, and
-/// roots away from grazing end at the rounding of S, about 4 ulp of (patch size + |origin|) over the cosine between ray and
-/// normal. Where a step would leave [0,1]^2, or the Jacobian tells it nothing (at a pole, where an edge is one point), or twelve
-/// passes do not suffice (the ray grazes, or just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size + |origin|), which is S's own rounding: so a ray through a common edge of
-/// two patches finds one of them (`size` = the largest |coordinate| of the control points).
+/// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at which
+/// steps with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53, or the
+/// second step is under what rounding makes of steps, nothing is, and roots away from grazing end at the rounding of S,
+/// about 4 ulp of (patch size + |origin|) over the cosine between ray and normal. Where a step would leave [0,1]^2, or the
+/// Jacobian tells it nothing (at a pole, where an edge is one point), or twelve passes do not suffice (the ray grazes, or
+/// just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size + |origin|), which covers S's own
+/// rounding: so a ray through a common edge of two patches finds one of them (`size` = the largest |coordinate| of the
+/// control points).
 /// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, scalar P>
 PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
