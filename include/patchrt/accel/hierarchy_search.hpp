@@ -67,7 +67,8 @@ template <accuracy A, scalar T> class hierarchy_search {
   PATCHRT_INLINE void prepare(ray<S> const& r, TM active) {
     auto& s = state_;
     S const zero(L(0));
-    s.user = r;
+    s.origin = r.origin;
+    s.t_min = r.t_min;
     s.hit.t = r.t_max;
     s.hit.u = s.hit.v = s.hit.residual = zero;
     s.hit.patch_bits = T(0);

@@ -48,10 +48,11 @@ template <accuracy A, scalar T> struct search_state {
   using S = search_scalar_t<A, T>;
 
   mixed_hierarchy_view const& hierarchy;
-  ray<S> user;                              // as it was given
+  vec3<S> origin;  // as it was given
+  S t_min;
   vec3<S> search_origin, search_direction;  // in search space, the origin moved by shift
   S to_search, shift;                       // search-space t = to_search t - shift
-  S per_scaled;                             // search_direction = per_scaled user.direction, a power of two
+  S per_scaled;                             // search_direction over the direction as given: a power of two
   slab_ray<T> slabs;
   vec3<T> direction, n1, n2, abs_n1, abs_n2;  // search_direction and the normals of its planes
   T squared_length;                           // of direction
@@ -388,18 +389,17 @@ template <accuracy A, scalar T> class patch_search {
     keep(w.entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
   }
 
-  /// f(root, origin, direction) for every part of `root` with a valid lane: the user's rays, relative to the patch's base and
+  /// f(root, origin, direction) for every part of `root` with a valid lane: the rays as given, relative to the patch's base and
   /// with `search_direction`, so that no product of it over- or underflows.
   template <class F> PATCHRT_INLINE void for_each_part(patch_root<S>& root, F&& f) {
     using P = scalar_parts<S>;
     using M = scalar_parts<SM>;
-    ray<S> const& user = state_.user;
+    vec3<S> const &o = state_.origin, &d = state_.search_direction;
     for (int i = 0; i < P::count; ++i) {
       if (!any_of(M::get(root.valid, i))) continue;
       patch_root<part_t<S>> r{P::get(root.t, i), P::get(root.u, i), P::get(root.v, i), P::get(root.residual, i),
                               M::get(root.valid, i)};
-      vec3<part_t<S>> const origin{P::get(user.origin.x, i), P::get(user.origin.y, i), P::get(user.origin.z, i)};
-      vec3<S> const& d = state_.search_direction;
+      vec3<part_t<S>> const origin{P::get(o.x, i), P::get(o.y, i), P::get(o.z, i)};
       vec3<part_t<S>> const direction{P::get(d.x, i), P::get(d.y, i), P::get(d.z, i)};
       f(r, difference(origin, convert_vec<part_t<S>>(exact_.base)), direction);
       P::set(root.t, i, r.t);
@@ -415,7 +415,7 @@ template <accuracy A, scalar T> class patch_search {
     auto& hit = state_.hit;
     // Not nearer than where they were looked for, so that what was skipped could not have held them.
     TM const behind_entry = entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
-    found = found && convert<SM>(behind_entry) && state_.user.t_min < root.t;
+    found = found && convert<SM>(behind_entry) && state_.t_min < root.t;
     SM nearer = found && root.t < hit.t;
     SM const same = found && root.t == hit.t && hit.valid;
     if (any_of(same)) nearer = nearer || (same && first_of_tie(root));
