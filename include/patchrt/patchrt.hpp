@@ -22,6 +22,8 @@
 #include <patchrt/exec/serial.hpp>
 #include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/intersect/ray_patch.hpp>
+#include <patchrt/numbers/fixed.hpp>
+#include <patchrt/numbers/half.hpp>
 #include <patchrt/roots/newton.hpp>
 #include <patchrt/shapes/bezier_normal.hpp>
 #include <patchrt/shapes/bezier_patch.hpp>
