@@ -24,7 +24,14 @@
 #include <patchrt/intersect/ray_patch.hpp>
 #include <patchrt/numbers/fixed.hpp>
 #include <patchrt/numbers/half.hpp>
+#include <patchrt/roots/bernstein_pair.hpp>
+#include <patchrt/roots/enclosure.hpp>
+#include <patchrt/roots/isolate.hpp>
+#include <patchrt/roots/isolation.hpp>
+#include <patchrt/roots/krawczyk.hpp>
 #include <patchrt/roots/newton.hpp>
+#include <patchrt/roots/refine_root.hpp>
+#include <patchrt/roots/root_clusters.hpp>
 #include <patchrt/shapes/bezier_normal.hpp>
 #include <patchrt/shapes/bezier_patch.hpp>
 #include <patchrt/shapes/bezier_split.hpp>
