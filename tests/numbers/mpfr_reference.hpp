@@ -45,7 +45,8 @@ class reference {
 template <class T> struct word_source {
   std::mt19937_64 generator;
   T operator()(int low, int high) {
-    T const significand = T(1) + T(generator() >> 11) * T(0x1p-53);
+    constexpr int digits = std::numeric_limits<T>::digits;
+    T const significand = T(1) + T(generator() >> (65 - digits)) * std::numeric_limits<T>::epsilon();
     auto const span = unsigned(high - low + 1);
     int const exponent = low + int((generator() >> 20) % span);
     return std::ldexp(generator() & 1 ? significand / 2 : -significand / 2, exponent + 1);
