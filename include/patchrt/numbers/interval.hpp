@@ -55,27 +55,27 @@ template <std::floating_point T> struct interval {
     return {add_down(a.lo, b.lo), add_up(a.hi, b.hi)};
   }
   PATCHRT_INLINE friend interval operator-(interval a, interval b) { return a + -b; }
-  PATCHRT_INLINE friend interval operator*(interval a, interval b) {
+  PATCHRT_HD friend interval operator*(interval a, interval b) {
     if (is_undefined_product(a, b)) return whole();
     factors const f(a, b);
     return {min(mul_down(f.least_lo, b.lo), mul_down(f.least_hi, b.hi)),
             max(mul_up(f.greatest_lo, b.lo), mul_up(f.greatest_hi, b.hi))};
   }
-  PATCHRT_INLINE friend interval operator/(interval a, interval b) {
+  PATCHRT_HD friend interval operator/(interval a, interval b) {
     if (contains(b, T(0))) return whole();
     bool const negative = b.hi < 0;
     interval const n = negative ? -a : a, d = negative ? -b : b;
     return {div_down(n.lo, n.lo >= 0 ? d.hi : d.lo), div_up(n.hi, n.hi >= 0 ? d.lo : d.hi)};
   }
   /// a b + c, each end rounded once.
-  PATCHRT_INLINE friend interval fma(interval a, interval b, interval c) {
+  PATCHRT_HD friend interval fma(interval a, interval b, interval c) {
     if (is_undefined_product(a, b)) return whole();
     factors const f(a, b);
     return {min(fma_down(f.least_lo, b.lo, c.lo), fma_down(f.least_hi, b.hi, c.lo)),
             max(fma_up(f.greatest_lo, b.lo, c.hi), fma_up(f.greatest_hi, b.hi, c.hi))};
   }
   /// The square root of the part that is not negative.
-  PATCHRT_INLINE friend interval sqrt(interval a) {
+  PATCHRT_HD friend interval sqrt(interval a) {
     if (a.hi < 0) return whole();
     return {sqrt_down(max(a.lo, T(0))), sqrt_up(a.hi)};
   }
@@ -138,7 +138,7 @@ template <std::floating_point T> struct interval {
   /// a b - c d with the least and the greatest of each product, the four of them exact and summed before they are rounded: of
   /// single numbers, which may cancel, to two ulps of the result and u^2 of the products.
   /// \note Kahan's form would take the same product twice, as if they were two.
-  PATCHRT_INLINE friend interval difference_of_products(interval a, interval b, interval c, interval d) {
+  PATCHRT_HD friend interval difference_of_products(interval a, interval b, interval c, interval d) {
     auto const p = products(a, b), q = products(c, d);
     if (!(p.exact && q.exact)) return fma(a, b, -(c * d));
     return {difference_down(p.least, q.greatest), -difference_down(q.least, p.greatest)};

@@ -94,7 +94,7 @@ template <std::floating_point T> struct two_float {
     T const across = fma(a.lo, b.hi, fma(a.hi, b.lo, a.lo * b.lo));
     return settled(fast_two_sum(c.value, c.error + across), c.value);
   }
-  PATCHRT_INLINE friend two_float operator/(two_float a, two_float b) {
+  PATCHRT_HD friend two_float operator/(two_float a, two_float b) {
     T const q = a.hi / b.hi;
     // b q by DWTimesFP1 [1, algorithm 7], whose smaller error theorem 7.1 rests on
     auto const c = two_prod(b.hi, q);
@@ -104,7 +104,7 @@ template <std::floating_point T> struct two_float {
     return settled(fast_two_sum(q, rest / b.hi), q);
   }
 
-  PATCHRT_INLINE friend two_float sqrt(two_float a) {
+  PATCHRT_HD friend two_float sqrt(two_float a) {
     T const s = sqrt(a.hi);
     if (!(T(0) < a.hi && detail::is_finite(a.hi))) return s;
     T const rest = a.lo + fma(-s, s, a.hi);
@@ -112,15 +112,16 @@ template <std::floating_point T> struct two_float {
     return {z.value, z.error};
   }
 
-  /// a b + c to 12 u^2, however much of it cancels.
+  /// a b + c to 12 u^2, however much of it cancels: so `difference_of_products` errs by 15 u^2 |a b - c d| + 96 u^4 |c d| and
+  /// terms of u^3 |a b - c d| at most.
   ///
   /// Where the sum s is at least half the product p in size, their own bounds make 3 u^2 |s| + 4 u^2 |p| <= 11 u^2 |s| and
-  /// terms of u^3; else the ten words of the exact sum are added without error first. So `difference_of_products` holds.
+  /// terms of u^3; else the ten words of the exact sum are added with more care, or without error.
   /// \pre |a b + c| >= min() of two_float<T>, no overflow.
-  PATCHRT_INLINE friend two_float fma(two_float a, two_float b, two_float c) {
+  PATCHRT_HD friend two_float fma(two_float a, two_float b, two_float c) {
     two_float const p = a * b;
     two_float const s = p + c;
-    return abs(s.hi) < T(0.5) * abs(p.hi) ? exact_fma(a, b, c) : s;
+    return abs(s.hi) < T(0.5) * abs(p.hi) ? cancelling_fma(a, b, c) : s;
   }
 
   PATCHRT_INLINE friend two_float abs(two_float a) { return is_negative(a) ? -a : a; }
@@ -159,15 +160,26 @@ template <std::floating_point T> struct two_float {
     return joined(h, static_cast<T>(a - static_cast<double>(h)));
   }
 
-  /// a b + c from the exact sum of ten words.
+  /// a b + c, where |a b + c| < |a b| / 2, from the exact sum of ten words.
   ///
-  /// Words are added one by one to an expansion whose words do not touch, small ones first, without error: GROW-EXPANSION of
-  /// Shewchuk, "Adaptive precision floating-point arithmetic", Discrete & Computational Geometry 18, 1997, theorem 10. Such words
-  /// summed from the smallest give their sum to 3 u. That is done twice, the second time with the first sum taken away: 9 u^2
-  /// in all.
-  PATCHRT_OUTLINE static two_float exact_fma(two_float a, two_float b, two_float c) {
+  /// First without the roundings of words of the size u^2 |a b|, which come to u^2 |a b + c| + 128 u^3 |a b| at most: seven sums
+  /// of words whose sizes add up to 18 u^2 |a b|, and the error of a.lo b.lo. Where 16 u |a b| or more is left, that is 9 u^2.
+  ///
+  /// Else the words are added one by one to an expansion whose words do not touch, small ones first, without error:
+  /// GROW-EXPANSION of Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", Discrete &
+  /// Computational Geometry 18, 1997, theorem 10. Such words summed from the smallest give their sum to 3 u. That is done
+  /// twice, the second time with the first sum taken away: 9 u^2 in all.
+  PATCHRT_OUTLINE static two_float cancelling_fma(two_float a, two_float b, two_float c) {
     constexpr int words = 10;
     auto const p = two_prod(a.lo, b.lo), q = two_prod(a.hi, b.lo), r = two_prod(a.lo, b.hi), s = two_prod(a.hi, b.hi);
+    auto const high = two_sum(s.value, c.hi);
+    auto const t1 = two_sum(s.error, c.lo), t2 = two_sum(q.value, r.value), t3 = two_sum(t1.value, t2.value);
+    auto const low = two_sum(high.error, t3.value);
+    T const rest = ((p.value + (q.error + r.error)) + (t1.error + t2.error)) + (t3.error + low.error);
+    auto const v = two_sum(high.value, low.value);
+    auto const z = fast_two_sum(v.value, v.error + rest);
+    if (T(8) * std::numeric_limits<T>::epsilon() * abs(s.value) <= abs(z.value)) return {z.value, z.error};
+
     T const term[words] = {p.error, p.value, q.error, r.error, q.value, r.value, s.error, c.lo, s.value, c.hi};
     T expansion[words + 1];
     auto const grow = [&expansion](int size, T x) {
