@@ -258,8 +258,9 @@ TEST_CASE("a patch of fixed-point numbers evaluates within what its roundings ad
   CAPTURE(seed);
   std::mt19937 g(seed);
   std::uniform_real_distribution<double> coordinate(-1, 1), parameter(0, 1);
-  // In halves of a unit, one a rounding: weights are 6 off, 8 the differences that weigh tangents, before they are tripled.
-  // Sums of four: 4 * 6 + 4 along v, as much along u over points of size 1, or 4 * 25 + 4 and 4 * 6 * 6 + 4 for tangents.
+  // In halves of a unit, one a rounding: weights are 6 off, 8 the differences that weigh tangents, before they are
+  // tripled. Sums of four: 4 * 6 + 4 along v, as much along u over points of size 1, or 4 * 25 + 4 and 4 * 6 * 6 + 4
+  // for tangents.
   double const half_unit = 0x1p-13, bound = 60 * half_unit, tangent_bound = 252 * half_unit;
   double worst = 0, worst_tangent = 0;
   for (int n = 0; n < 2000; ++n) {

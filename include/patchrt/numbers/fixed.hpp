@@ -13,17 +13,18 @@ namespace patchrt {
 
 /// The fixed-point numbers k 2^-fraction_bits, k a `Storage`, from -Range up to but not including Range.
 ///
-/// `fixed<std::int16_t, 8>`, 12 bits of fraction, is what the ray engine's pixel shaders compute in. Every operation is rounded
-/// once, to nearest, ties to even, and saturates: what is beyond the range is its nearest end. No floating point takes part but
-/// in conversions.
+/// `fixed<std::int16_t, 8>`, 12 bits of fraction, is what the ray engine's pixel shaders compute in. Every operation is
+/// rounded once, to nearest, ties to even, and saturates: what is beyond the range is its nearest end. No floating
+/// point takes part but in conversions.
 ///
 /// There is no NaN and no infinity. Where IEEE arithmetic gives either, fixed gives the greatest number (the lowest for
-/// -infinity): a / 0 for a >= 0, so also 0 / 0, sqrt of negative numbers, conversion of NaN. `numeric_limits::infinity` is that
-/// same greatest number. A comparison `t < t_max` then fails for all of these, whatever t_max: as NaN is a miss, so are they.
-/// `0 < x` holds of them, as it does of infinity: a kernel that bounds its results on both sides takes no such value for a hit.
+/// -infinity): a / 0 for a >= 0, so also 0 / 0, sqrt of negative numbers, conversion of NaN. `numeric_limits::infinity`
+/// is that same greatest number. A comparison `t < t_max` then fails for all of these, whatever t_max: as NaN is a
+/// miss, so are they. `0 < x` holds of them, as it does of infinity: a kernel that bounds its results on both sides
+/// takes no such value for a hit.
 /// \tparam Storage a signed integer type of at most 32 bits.
-/// \tparam Range a power of two, at least 2, so that 1 is a number. -Range is one; its negative and its `abs` are Range less one
-///         unit.
+/// \tparam Range a power of two, at least 2, so that 1 is a number. -Range is one; its negative and its `abs` are Range
+///         less one unit.
 /// \note Carr, Hall & Hart 2002, figure 4: in 16 bits over [-8, 8) rays leak through the teapot.
 template <std::signed_integral Storage, int Range> class fixed {
   static_assert(sizeof(Storage) <= 4 && Range >= 2 && std::has_single_bit(unsigned(Range)));
@@ -131,8 +132,8 @@ template <std::signed_integral Storage, int Range> class fixed {
 
 }  // namespace patchrt
 
-/// Those of a floating-point type as kernels use them: `min` is the least positive number, `epsilon` the step from 1 to the next,
-/// both of them one unit; `infinity` and `quiet_NaN` are the greatest number, which stands for them.
+/// Those of a floating-point type as kernels use them: `min` is the least positive number, `epsilon` the step from 1 to
+/// the next, both of them one unit; `infinity` and `quiet_NaN` are the greatest number, which stands for them.
 template <class Storage, int Range> class std::numeric_limits<patchrt::fixed<Storage, Range>> {
   using fixed = patchrt::fixed<Storage, Range>;
   using storage = std::numeric_limits<Storage>;

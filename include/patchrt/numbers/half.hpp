@@ -48,18 +48,18 @@ PATCHRT_INLINE constexpr float half_to_float(std::uint16_t h) {
 
 /// IEEE 754 binary16: 16 bits of storage, 11 bits of precision, 2^-14 to 65504 and subnormals down to 2^-24.
 ///
-/// Every operation and every conversion to `half` is rounded once, to nearest, ties to even, with infinities, signed zeros
-/// and gradual underflow; NaN that an operation makes is 0x7e00, so that all machines agree. Emulated: operations are
-/// float's (`fma` double's), and this second rounding never shows. With m the middle between two neighbouring halves,
-/// which has at most 12 bits, what could go wrong is that float rounds an exact result beside m to m:
+/// Every operation and every conversion to `half` is rounded once, to nearest, ties to even, with infinities, signed
+/// zeros and gradual underflow; NaN that an operation makes is 0x7e00, so that all machines agree. Emulated: operations
+/// are float's (`fma` double's), and this second rounding never shows. With m the middle between two neighbouring
+/// halves, which has at most 12 bits, what could go wrong is that float rounds an exact result beside m to m:
 /// - a b has 22 bits: nothing is rounded in float.
 /// - a + b with exponents e >= f: up to e = f + 12 the sum has at most 24 bits. Beyond, |b| < 2^(e - 12), a multiple of
-///   2^(e - 23), while m is 2^(e - 12) or more from a: the sum is 2^(e - 23) or more from m, and float's error is at most
-///   2^(e - 24).
-/// - |a / b - m| = |a - m b| / |b|, and m b has at most 23 bits: unless zero this is more than 2^-23 m (2^-11 m where the
-///   last place of a is below that of m b); float's error is at most 2^-24 m.
-/// - sqrt(a) with 2^e the last place of m in 12 bits: a and m^2 are multiples of 2^(2 e), so that |sqrt(a) - m| =
-///   |a - m^2| / (sqrt(a) + m) > 2^(2 e) / 2^(e + 13) = 2^(e - 13), which is what float's error is at most.
+///   2^(e - 23), while m is 2^(e - 12) or more from a: the sum is 2^(e - 23) or more from m, and float's error is at
+///   most 2^(e - 24).
+/// - |a / b - m| = |a - m b| / |b|, and m b has at most 23 bits: unless zero this is more than 2^-23 m (2^-11 m where
+///   the last place of a is below that of m b); float's error is at most 2^-24 m.
+/// - sqrt(a) with 2^e the last place of m in 12 bits: a and m^2 are multiples of 2^(2 e), so that
+///   |sqrt(a) - m| = |a - m^2| / (sqrt(a) + m) > 2^(2 e) / 2^(e + 13) = 2^(e - 13), which is what float's error is at most.
 /// \note Figueroa, "When is double rounding innocuous?", SIGNUM Newsletter 30(3), 1995: p >= 2 q + 2 digits suffice for
 ///       normal results, here 24 = 2 * 11 + 2; the above includes subnormal ones.
 class half {
@@ -97,11 +97,11 @@ class half {
 
   /// a b + c in one rounding.
   ///
-  /// p = a b is exact in double, a multiple of 2^(d - 21) where 2^d <= |p| < 2^(d + 1); let e be the exponent of c. Where
-  /// |p| >= 2^17 the sum overflows either way. Where e <= d + 30 and d <= 16, p + c is exact: a multiple of 2^(d - 21) or of
-  /// 2^-24, whichever is less, below 2^(max(d, e) + 2), which makes at most 53 bits in the first case and 42 in the second.
-  /// Where e > d + 30, |p| < 2^(e - 30), and the middles around c, at least 2^(e - 12) away, are doubles that the sum does
-  /// not reach.
+  /// p = a b is exact in double, a multiple of 2^(d - 21) where 2^d <= |p| < 2^(d + 1); let e be the exponent of c.
+  /// Where |p| >= 2^17 the sum overflows either way. Where e <= d + 30 and d <= 16, p + c is exact: a multiple of
+  /// 2^(d - 21) or of 2^-24, whichever is less, below 2^(max(d, e) + 2), which makes at most 53 bits in the first case and
+  /// 42 in the second. Where e > d + 30, |p| < 2^(e - 30), and the middles around c, at least 2^(e - 12) away, are
+  /// doubles that the sum does not reach.
   PATCHRT_INLINE friend constexpr half fma(half a, half b, half c) { return half(double(a) * double(b) + double(c)); }
   PATCHRT_INLINE friend half sqrt(half a) { return half(patchrt::sqrt(float(a))); }
   PATCHRT_INLINE friend constexpr half abs(half a) { return from_bits(a.bits_ & 0x7fffu); }
@@ -126,7 +126,8 @@ struct half_pair {
   half high;
 };
 
-/// Two halves in 32 bits, `low` in the lower ones: three such words and an object's number are a hit point with its normal.
+/// Two halves in 32 bits, `low` in the lower ones: three such words and an object's number are a hit point with its
+/// normal.
 /// \note Wood, McCane & King 2004, figure 5.
 PATCHRT_INLINE constexpr std::uint32_t pack_halves(half low, half high) {
   return low.bits() | std::uint32_t(high.bits()) << 16;
