@@ -70,8 +70,8 @@ TEMPLATE_TEST_CASE("the power form's coefficients are within their stated bound 
         }
         exact_point const got = exactly(q.coefficients[4 * k + l]);
         rational const most = weight[k] * weight[l] * size;
-        REQUIRE(largest(got) <= most * (1 + gamma_of<T>(6)));
-        worst = std::max(worst, static_cast<double>(rational(largest(got - wanted) / (gamma_of<T>(6) * most))));
+        REQUIRE(largest(got) <= most * (1 + gamma_of<T>(8)));
+        worst = std::max(worst, static_cast<double>(rational(largest(got - wanted) / (gamma_of<T>(8) * most))));
       }
     }
   }

@@ -15,7 +15,7 @@ namespace {
 
 bool is_same(patch_hit const& a, patch_hit const& b) {
   return a.patch == b.patch && std::bit_cast<std::uint64_t>(a.t) == std::bit_cast<std::uint64_t>(b.t) && a.u == b.u &&
-         a.v == b.v && a.residual == b.residual;
+         a.v == b.v && a.error == b.error;
 }
 
 template <accuracy A> void check(patch_list const& scene, std::vector<ray<float>> const& rays) {

@@ -130,7 +130,7 @@ void require_fast(comparison const& c) {
   CHECK(c.lost <= c.certain / 500);
   CHECK(c.in_range);
   CHECK(c.apart < 16);
-  CHECK(c.apart_singular < 1e-5);
+  CHECK(c.apart_singular < 2e-5);
   CHECK(c.error < 16);
 }
 

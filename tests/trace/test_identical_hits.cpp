@@ -21,7 +21,7 @@ namespace {
 bool is_same(patch_hit const& a, patch_hit const& b) {
   auto const bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
   return a.patch == b.patch && bits(a.t) == bits(b.t) && bits(a.u) == bits(b.u) && bits(a.v) == bits(b.v) &&
-         std::bit_cast<std::uint32_t>(a.residual) == std::bit_cast<std::uint32_t>(b.residual);
+         std::bit_cast<std::uint32_t>(a.error) == std::bit_cast<std::uint32_t>(b.error);
 }
 
 std::size_t differences(std::vector<patch_hit> const& a, std::vector<patch_hit> const& b) {
@@ -35,7 +35,7 @@ template <accuracy A> patch_hit one_hit(mixed_hierarchy_view const& h, ray<doubl
   ray<S> const in{vec3<S>(r.origin), vec3<S>(r.direction), S(r.t_min), S(r.t_max)};
   auto const hit = intersect<A, false, float>(h, in, true);
   if (!hit.valid) return {};
-  return {hit.t, hit.u, hit.v, float(hit.residual), std::bit_cast<std::int32_t>(hit.patch_bits)};
+  return {hit.t, hit.u, hit.v, float(hit.error), std::bit_cast<std::int32_t>(hit.patch_bits)};
 }
 
 template <accuracy A, int N> std::vector<patch_hit> hits_by_packs(mixed_hierarchy_view const& h, ray_list const& rays) {

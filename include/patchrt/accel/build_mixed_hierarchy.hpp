@@ -144,17 +144,18 @@ mixed_hierarchy build_mixed_hierarchy(std::span<bicubic_patch<double> const> pat
     e.base = hulls[i].lo + (hulls[i].hi - hulls[i].lo) * 0.5;
     e.search_base = (e.base - h.centre) * h.inverse_scale;
     e.size = 0;
-    bicubic_patch<double> scaled;
     for (int k = 0; k < 16; ++k) {
       vec3<double> const p = patches[i].control_points[k] - e.base;
       e.patch.control_points[k] = p;
       e.size = std::max({e.size, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
-      scaled.control_points[k] = p * h.inverse_scale;
-      nets[i].control_points[k] = convert_vec<float>(scaled.control_points[k]);
+      nets[i].control_points[k] = convert_vec<float>(p * h.inverse_scale);
     }
-    power_patch<double> const power = to_power(scaled);
-    for (int k = 0; k < 16; ++k) h.search[i].power.coefficients[k] = convert_vec<float>(power.coefficients[k]);
-    h.search[i].reach = convert_vec<float>(coefficient_sum(power) + vec3<double>(0x1p-18));
+    e.power = to_power(e.patch);
+    vec3<double> const sums = coefficient_sum(e.power);
+    e.rounding = 20 * std::numeric_limits<double>::epsilon() * (sums.x + sums.y + sums.z);
+    for (int k = 0; k < 16; ++k)
+      h.search[i].power.coefficients[k] = convert_vec<float>(e.power.coefficients[k] * h.inverse_scale);
+    h.search[i].reach = convert_vec<float>(sums * h.inverse_scale + vec3<double>(0x1p-18));
     splits[i] = detail::choose_splits(nets[i], options);
   });
 

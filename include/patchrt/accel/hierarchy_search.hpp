@@ -70,7 +70,7 @@ template <accuracy A, scalar T> class hierarchy_search {
     s.origin = r.origin;
     s.t_min = r.t_min;
     s.hit.t = r.t_max;
-    s.hit.u = s.hit.v = s.hit.residual = zero;
+    s.hit.u = s.hit.v = s.hit.error = zero;
     s.hit.patch_bits = T(0);
     s.hit.valid = zero < zero;
     // Scaled by a power of two, exactly: the largest component is in [1, 2).
@@ -83,9 +83,11 @@ template <accuracy A, scalar T> class hierarchy_search {
     s.search_origin = scale(difference(r.origin, convert_vec<S>(vec3<L>(s.hierarchy.centre))),
                             S(static_cast<L>(s.hierarchy.inverse_scale)));
     // Rays from afar start where they enter the ball of radius 2 around the scene, before anything is rounded to float.
-    S per_square = convert<S>(T(1) / s.squared_length);
-    per_square = per_square * fma(-per_square, dot(s.search_direction, s.search_direction), S(L(2)));
-    s.shift = max(fma(-dot(s.search_origin, s.search_direction), per_square, S(L(-2))), zero);
+    s.per_squared_length = T(1) / s.squared_length;
+    s.per_square = convert<S>(s.per_squared_length);
+    S const exact_square = dot(s.search_direction, s.search_direction);
+    for (int step = 0; step < 2; ++step) s.per_square = s.per_square * fma(-s.per_square, exact_square, S(L(2)));
+    s.shift = max(fma(-dot(s.search_origin, s.search_direction), s.per_square, S(L(-2))), zero);
     s.search_origin = fma(s.shift, s.search_direction, s.search_origin);
     // A direction without a length, or a NaN, is not in the range; such a lane never takes part.
     S const squared = dot(r.direction, r.direction);

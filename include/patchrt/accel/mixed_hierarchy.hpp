@@ -6,6 +6,7 @@
 
 #include <patchrt/accel/subpatch_tree.hpp>
 #include <patchrt/accel/traverse.hpp>
+#include <patchrt/intersect/correct_root.hpp>
 
 #include <cstdint>
 
@@ -20,10 +21,13 @@ struct search_patch {
 
 /// One patch as its hits are computed from: control points relative to `base`, in the user's units.
 struct exact_patch {
-  bicubic_patch<double> patch;
-  vec3<double> base;         ///< in the user's space
-  vec3<double> search_base;  ///< the same point in search space
-  double size;               ///< the largest |coordinate| of `patch`
+  power_patch<double> power;    ///< where roots are corrected
+  bicubic_patch<double> patch;  ///< and where that does not settle them
+  vec3<double> base;            ///< in the user's space
+  vec3<double> search_base;     ///< the same point in search space
+  double size;                  ///< the largest |coordinate| of `patch`
+  double rounding;              ///< bounds what rounding does to a point of `power`
+  edge_gaps gaps;
 };
 
 /// The mixed hierarchy as kernels see it, on host or device. `build_mixed_hierarchy` makes one.

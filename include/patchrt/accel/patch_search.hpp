@@ -5,7 +5,9 @@
 /// Rays in one patch of a mixed hierarchy: its sub-patch boxes, the cells that may have a root, and the roots.
 
 #include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/intersect/correct_root.hpp>
 #include <patchrt/intersect/ray_box.hpp>
+#include <patchrt/intersect/reference_root.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -36,7 +38,7 @@ struct hierarchy_counts {
 
 /// The nearest hits so far of one ray, or of one ray a lane.
 template <scalar S, scalar T> struct lane_hit {
-  S t, u, v, residual;
+  S t, u, v, error;
   T patch_bits;  ///< the patch's index, its bits in a float: moved by `select`, never computed with
   mask_t<S> valid;
 };
@@ -55,7 +57,8 @@ template <accuracy A, scalar T> struct search_state {
   S per_scaled;                             // search_direction over the direction as given: a power of two
   slab_ray<T> slabs;
   vec3<T> direction, n1, n2, abs_n1, abs_n2;  // search_direction and the normals of its planes
-  T squared_length;                           // of direction
+  T squared_length, per_squared_length;       // of direction, and one over it
+  S per_square;                               // one over the squared length of search_direction, within two epsilon
   T search_t_min;
   mask_t<T> active;
   lane_hit<S, T> hit;
@@ -172,7 +175,7 @@ template <accuracy A, scalar T> class patch_search {
           return any_of(cell_lanes_);
         },
         [&](std::uint32_t k, std::uint32_t index) PATCHRT_INLINE_LAMBDA {
-          if (!is_projected) projected_ = project(search_.power, search_.reach, origin_, state_.n1, state_.n2);
+          if (!is_projected) projected_ = project(search_.power, reach(), origin_, state_.n1, state_.n2);
           is_projected = true;
           visit_leaf(k, state_.hierarchy.leaves[tree.first_leaf + index]);
         });
@@ -180,6 +183,12 @@ template <accuracy A, scalar T> class patch_search {
   }
 
  private:
+  /// What rounding in float is in proportion to: where the ray is in float from the start, its origin's is of the scene's size.
+  PATCHRT_INLINE vec3<float> reach() const {
+    constexpr float ray = A == accuracy::fast ? 0.125f : 0.0f;
+    return sum(search_.reach, vec3<float>(ray, ray, ray));
+  }
+
   /// Cells that may have a root, one a lane.
   struct cell_batch {
     T x, y;  // where the iteration begins
@@ -342,18 +351,28 @@ template <accuracy A, scalar T> class patch_search {
   /// The hits of the lanes in `inside` from their roots in float.
   PATCHRT_INLINE void finish(cell_batch const& w, newton_result<T> const& n, TM inside) {
     T const x = n.x, y = n.y;
-    patch_root<S> root;
-    vec3<T> const from_origin = difference(position(search_.power, x, y), origin_);
-    T const along = dot(from_origin, state_.direction) / state_.squared_length;
+    surface_point<T> const p = evaluate(search_.power, x, y);
+    vec3<T> const chord = difference(origin_, p.position);
+    T const per_square = state_.per_squared_length;
     if constexpr (A == accuracy::fast) {
-      root.t = (start_ + along + state_.shift) / state_.to_search;
+      chord_rows<T> const rows = make_chord_rows(p, state_.direction);
+      auto const left = split_along(chord, state_.direction, per_square);
+      patch_root<S> root;
+      root.t = (start_ - left.along + state_.shift) / state_.to_search;
       root.u = min(max(fma(x, T(0.5f), T(0.5f)), T(0)), T(1));
       root.v = min(max(fma(y, T(0.5f), T(0.5f)), T(0)), T(1));
-      root.residual = T(0);
-      T const edge(1 + 0x1p-20f);
-      root.valid = abs(x) <= edge && abs(y) <= edge;
-      keep(w.entry, root, start_ + along, inside && root.valid);
+      float const rounding = 16 * std::numeric_limits<float>::epsilon() * sum_of_magnitudes(reach());
+      T const off = sum_of_magnitudes(left.beside);
+      root.error = (off + T(rounding)) * rows.per_cosine * T(static_cast<float>(1 / state_.hierarchy.inverse_scale));
+      // Beyond an edge as far as leads no further from the ray than rounding, and S(x, y) is.
+      auto const is_within = [&](T const& at, vec3<T> const& tangent) {
+        T const across = sum_of_magnitudes(cross(tangent, state_.direction));
+        return (abs(at) - T(1)) * across <= T(rounding) + off && abs(at) <= T(1 + 0x1p-10f);
+      };
+      root.valid = is_within(x, p.du) && is_within(y, p.dv);
+      keep(w.entry, root, start_ - left.along, inside && root.valid);
     } else {
+      T const along = -(dot(chord, state_.direction) * per_square);
       // Most roots of rays that leave a surface are where they left it: they need no correction. |S_x| and |S_y| are under four
       // sizes.
       T const spare = T(static_cast<float>(exact_.size * state_.hierarchy.inverse_scale)) *
@@ -361,35 +380,64 @@ template <accuracy A, scalar T> class patch_search {
       T const entry = max(w.entry, along - spare);
       inside = inside && soonest_ <= along + spare && entry <= nearest_;
       if (!any_of(inside)) return;
-      root.t = root.residual = S(0);
-      root.u = fma(convert<S>(x), S(0.5), S(0.5));
-      root.v = fma(convert<S>(y), S(0.5), S(0.5));
-      root.valid = convert<SM>(inside);
-      for_each_part(root,
-                    [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
-                      correct(exact_.patch, exact_.size, origin, direction, r);
-                    });
+      chord_rows<T> const rows = make_chord_rows(p, state_.direction);
+      patch_root<S> root;
+      correct_parts(x, y, rows, inside, root);
       root.t = root.t * state_.per_scaled;
       keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
     }
   }
 
+  /// Corrects the roots (x, y) of the lanes in `inside`, a register's lanes at a time.
+  PATCHRT_INLINE void correct_parts(T x, T y, chord_rows<T> const& rows, TM inside, patch_root<S>& root) {
+    using Q = part_t<S>;
+    root.t = root.error = S(0);
+    root.u = fma(convert<S>(x), S(0.5), S(0.5));
+    root.v = fma(convert<S>(y), S(0.5), S(0.5));
+    root.valid = convert<SM>(inside);
+    auto const spread = [](vec3<T> const& v) { return convert_vec<S>(v); };
+    vec3<S> const rows_x = spread(rows.x), rows_y = spread(rows.y), rows_t = spread(rows.t);
+    S const per_cosine = convert<S>(rows.per_cosine), start_x = convert<S>(x), start_y = convert<S>(y);
+    auto const part_of = [](vec3<S> const& v, int i) {
+      using P = scalar_parts<S>;
+      return vec3<Q>(P::get(v.x, i), P::get(v.y, i), P::get(v.z, i));
+    };
+    for_each_part(root, [&](int i, patch_root<Q>& r, vec3<Q> const& origin, vec3<Q> const& direction) {
+      using P = scalar_parts<S>;
+      chord_rows<Q> const own{part_of(rows_x, i), part_of(rows_y, i), part_of(rows_t, i), P::get(per_cosine, i)};
+      patch_root<Q> by_chords;
+      auto const settled =
+          correct_by_chords(exact_.power, exact_.rounding, own, Q(state_.hierarchy.inverse_scale), P::get(start_x, i),
+                            P::get(start_y, i), origin, direction, P::get(state_.per_square, i), by_chords);
+      auto const valid = r.valid;
+      r.valid = valid && !settled;
+      if (any_of(r.valid)) correct(exact_.patch, exact_.size, exact_.gaps, origin, direction, r);
+      auto const take = valid && settled;
+      r.t = select(take, by_chords.t, r.t);
+      r.u = select(take, by_chords.u, r.u);
+      r.v = select(take, by_chords.v, r.v);
+      r.error = select(take, by_chords.error, r.error);
+      r.valid = r.valid || take;
+    });
+  }
+
   PATCHRT_INLINE void solve_as_reference(cell_batch const& w) {
     int steps = 0;
     patch_root<S> root;
-    root.t = root.residual = S(0);
+    root.t = root.error = S(0);
     root.u = fma(convert<S>(w.x), S(0.5), S(0.5));
     root.v = fma(convert<S>(w.y), S(0.5), S(0.5));
     root.valid = convert<SM>(w.lanes);
-    for_each_part(root, [&](patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
-      steps = std::max(steps, solve_on_planes(exact_.patch, exact_.size, origin, direction, r));
-    });
+    for_each_part(root,
+                  [&](int, patch_root<part_t<S>>& r, vec3<part_t<S>> const& origin, vec3<part_t<S>> const& direction) {
+                    steps = std::max(steps, solve_on_planes(exact_.patch, exact_.size, origin, direction, r));
+                  });
     root.t = root.t * state_.per_scaled;
     if (state_.counts) state_.counts->newton_steps += unsigned(steps) * state_.lanes_on(w.lanes);
     keep(w.entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
   }
 
-  /// f(root, origin, direction) for every part of `root` with a valid lane: the rays as given, relative to the patch's base and
+  /// f(i, root, origin, direction) for every part i of `root` with a valid lane: the rays as given, relative to the patch's base and
   /// with `search_direction`, so that no product of it over- or underflows.
   template <class F> PATCHRT_INLINE void for_each_part(patch_root<S>& root, F&& f) {
     using P = scalar_parts<S>;
@@ -397,15 +445,15 @@ template <accuracy A, scalar T> class patch_search {
     vec3<S> const &o = state_.origin, &d = state_.search_direction;
     for (int i = 0; i < P::count; ++i) {
       if (!any_of(M::get(root.valid, i))) continue;
-      patch_root<part_t<S>> r{P::get(root.t, i), P::get(root.u, i), P::get(root.v, i), P::get(root.residual, i),
+      patch_root<part_t<S>> r{P::get(root.t, i), P::get(root.u, i), P::get(root.v, i), P::get(root.error, i),
                               M::get(root.valid, i)};
       vec3<part_t<S>> const origin{P::get(o.x, i), P::get(o.y, i), P::get(o.z, i)};
       vec3<part_t<S>> const direction{P::get(d.x, i), P::get(d.y, i), P::get(d.z, i)};
-      f(r, difference(origin, convert_vec<part_t<S>>(exact_.base)), direction);
+      f(i, r, difference(origin, convert_vec<part_t<S>>(exact_.base)), direction);
       P::set(root.t, i, r.t);
       P::set(root.u, i, r.u);
       P::set(root.v, i, r.v);
-      P::set(root.residual, i, r.residual);
+      P::set(root.error, i, r.error);
       M::set(root.valid, i, r.valid);
     }
   }
@@ -423,7 +471,7 @@ template <accuracy A, scalar T> class patch_search {
     hit.t = select(nearer, root.t, hit.t);
     hit.u = select(nearer, root.u, hit.u);
     hit.v = select(nearer, root.v, hit.v);
-    hit.residual = select(nearer, root.residual, hit.residual);
+    hit.error = select(nearer, root.error, hit.error);
     hit.patch_bits = select(convert<TM>(nearer), T(std::bit_cast<float>(patch_)), hit.patch_bits);
     hit.valid = hit.valid || nearer;
     state_.nearest = select(nearer, along, state_.nearest);
@@ -433,21 +481,21 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_INLINE SM first_of_tie(patch_root<S> const& root) const {
     constexpr int N = lanes_v<T>;
     float bits[N];
-    L u[N], v[N], residual[N], other_u[N], other_v[N], other_residual[N];
+    L u[N], v[N], error[N], other_u[N], other_v[N], other_error[N];
     store_lanes(state_.hit.patch_bits, bits);
     store_lanes(state_.hit.u, other_u);
     store_lanes(state_.hit.v, other_v);
     store_lanes(root.u, u);
     store_lanes(root.v, v);
-    store_lanes(root.residual, residual);
-    store_lanes(state_.hit.residual, other_residual);
+    store_lanes(root.error, error);
+    store_lanes(state_.hit.error, other_error);
     unsigned first = 0;
     for (int i = 0; i < N; ++i) {
       std::int32_t const other = std::bit_cast<std::int32_t>(bits[i]);
       bool const wins = patch_ != other      ? patch_ < other
                         : u[i] != other_u[i] ? u[i] < other_u[i]
                         : v[i] != other_v[i] ? v[i] < other_v[i]
-                                             : residual[i] < other_residual[i];
+                                             : error[i] < other_error[i];
       first |= unsigned(wins) << i;
     }
     return convert<SM>(first);

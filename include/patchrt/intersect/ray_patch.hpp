@@ -2,10 +2,10 @@
 #pragma once
 
 /// \file
-/// The ray-patch solver: where a ray meets one cell of a bicubic patch.
+/// The ray-patch solver: where a ray meets one cell of a Bezier patch.
 ///
 /// A ray is two planes (core/twin_planes.hpp). Their normals turn the patch into two scalar bicubics once a ray; a cell's
-/// linear part then either excludes the cell or starts Newton's iteration in it; the root is corrected on the control points.
+/// linear part then either excludes the cell or starts Newton's iteration in it. `correct_root.hpp` takes its result further.
 
 #include <patchrt/core/twin_planes.hpp>
 #include <patchrt/roots/newton.hpp>
@@ -18,27 +18,27 @@ namespace patchrt {
 
 /// The signed distances (scaled by |n1|, |n2|) of S(x, y) from a ray's two planes, in powers of x and y, and what rounding may
 /// have changed in either, evaluation included.
-template <scalar T> struct projected_patch {
-  T f[16];
-  T g[16];
+template <scalar T, int M = 3, int N = 3> struct projected_patch {
+  T f[(M + 1) * (N + 1)];
+  T g[(M + 1) * (N + 1)];
   T rounding_f;
   T rounding_g;
 };
 
-/// Projects `patch` on the planes through `origin` with normals n1 and n2: 96 fused operations a lane.
+/// Projects `patch` on the planes through `origin` with normals n1 and n2: 96 fused operations a lane for a bicubic.
 ///
 /// `reach` bounds, by coordinate, the sum of the patch's |coefficients| and the origin. A coefficient of S comes into f by up to
-/// 12 roundings (its own, 3 of the normal, 3 of the product, 5 to 8 of Horner's rule), 24 half epsilons; 16 epsilon
-/// of |n|.reach cover these and the origin's.
-template <scalar T, scalar P>
-PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<P> const& reach, vec3<T> const& origin,
-                                          vec3<T> const& n1, vec3<T> const& n2) {
-  projected_patch<T> p;
-  T const unit(16 * std::numeric_limits<lane_t<T>>::epsilon());
+/// M + N + 6 roundings (its own, 3 of the normal, 3 of the product, M + N - 1 to M + N + 2 of Horner's rule), each half an
+/// epsilon; M + N + 10 epsilon of |n|.reach cover twice these, and the origin's.
+template <scalar T, scalar P, int M, int N>
+PATCHRT_INLINE projected_patch<T, M, N> project(power_patch<P, M, N> const& patch, vec3<P> const& reach,
+                                                vec3<T> const& origin, vec3<T> const& n1, vec3<T> const& n2) {
+  projected_patch<T, M, N> p;
+  T const unit((M + N + 10) * std::numeric_limits<lane_t<T>>::epsilon());
   p.rounding_f = unit * dot(absolute(n1), convert_vec<T>(reach));
   p.rounding_g = unit * dot(absolute(n2), convert_vec<T>(reach));
   PATCHRT_UNROLL
-  for (int k = 0; k < 16; ++k) {
+  for (int k = 0; k < (M + 1) * (N + 1); ++k) {
     vec3<T> const a = convert_vec<T>(patch.coefficients[k]);
     p.f[k] = dot(n1, a);
     p.g[k] = dot(n2, a);
@@ -49,11 +49,11 @@ PATCHRT_INLINE projected_patch<T> project(power_patch<P> const& patch, vec3<P> c
 }
 
 /// Lane i of the result is of lane index[i].
-template <scalar T>
-PATCHRT_INLINE projected_patch<T> permute(projected_patch<T> const& projected, std::int32_t const* index) {
-  projected_patch<T> p;
+template <scalar T, int M, int N>
+PATCHRT_INLINE projected_patch<T, M, N> permute(projected_patch<T, M, N> const& projected, std::int32_t const* index) {
+  projected_patch<T, M, N> p;
   PATCHRT_UNROLL
-  for (int k = 0; k < 16; ++k) {
+  for (int k = 0; k < (M + 1) * (N + 1); ++k) {
     p.f[k] = permute(projected.f[k], index);
     p.g[k] = permute(projected.g[k], index);
   }
@@ -62,29 +62,11 @@ PATCHRT_INLINE projected_patch<T> permute(projected_patch<T> const& projected, s
   return p;
 }
 
-namespace detail {
-/// sum a[4k + l] x^k y^l and its derivatives.
-template <scalar T> PATCHRT_INLINE void horner(T const (&a)[16], T x, T y, T& value, T& by_x, T& by_y) {
-  PATCHRT_UNROLL
-  for (int k = 3; k >= 0; --k) {
-    T const* const row = a + 4 * k;
-    T r = fma(row[3], y, row[2]);
-    T d = fma(row[3], y, r);
-    r = fma(r, y, row[1]);
-    d = fma(d, y, r);
-    r = fma(r, y, row[0]);
-    by_x = k == 3 ? T(0) : k == 2 ? value : fma(by_x, x, value);
-    value = k == 3 ? r : fma(value, x, r);
-    by_y = k == 3 ? d : fma(by_y, x, d);
-  }
-}
-}  // namespace detail
-
-/// Both plane functions and their derivatives by x and y at (x, y), by Horner's rule: 56 fused operations.
-template <scalar T> PATCHRT_INLINE bivariate<T> evaluate(projected_patch<T> const& p, T x, T y) {
+/// Both plane functions and their derivatives by x and y at (x, y), by Horner's rule: 56 fused operations for a bicubic.
+template <scalar T, int M, int N> PATCHRT_INLINE bivariate<T> evaluate(projected_patch<T, M, N> const& p, T x, T y) {
   bivariate<T> b;
-  detail::horner(p.f, x, y, b.f, b.fx, b.fy);
-  detail::horner(p.g, x, y, b.g, b.gx, b.gy);
+  detail::horner<M, N>([&](int k, int l) PATCHRT_INLINE_LAMBDA { return p.f[(N + 1) * k + l]; }, x, y, b.f, b.fx, b.fy);
+  detail::horner<M, N>([&](int k, int l) PATCHRT_INLINE_LAMBDA { return p.g[(N + 1) * k + l]; }, x, y, b.g, b.gx, b.gy);
   return b;
 }
 
@@ -111,9 +93,9 @@ template <scalar T> struct cell_start {
 /// magnitudes by component. The start is in the cell.
 /// \note The linear exclusion of Toth, "On ray tracing parametric surfaces", SIGGRAPH 1985, with a precomputed remainder in
 ///       place of interval Jacobians.
-template <scalar T>
-PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T> const& p, vec3<T> const& abs_n1, vec3<T> const& abs_n2,
-                                          patch_cell<T> const& c) {
+template <scalar T, int M, int N>
+PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T, M, N> const& p, vec3<T> const& abs_n1,
+                                          vec3<T> const& abs_n2, patch_cell<T> const& c) {
   bivariate<T> const b = evaluate(p, c.x, c.y);
   scaled_step<T> const s = newton_step(b);
   T const rf = dot(abs_n1, c.remainder) + p.rounding_f;
@@ -138,35 +120,35 @@ namespace detail {
 /// what it leaves of its linear part and on what its slopes together change along p and along q.
 template <scalar T> struct cell_expansion { T value, by_x, by_y, remainder, x_change, y_change; };
 
-/// c[0] + c[stride] x + ... about `at`, in powers of (x - at) / h.
-template <scalar T> PATCHRT_INLINE void shift_cubic(T const* c, int stride, T at, T h, T* out) {
-  T const c3 = c[3 * stride];
-  T t = fma(c3, at, c[2 * stride]);
-  T u = fma(t, at, c[stride]);
-  out[0] = fma(u, at, c[0]);
-  t = fma(c3, at, t);
-  u = fma(t, at, u);
-  t = fma(c3, at, t);
-  T const h2 = h * h;
-  out[stride] = u * h;
-  out[2 * stride] = t * h2;
-  out[3 * stride] = c3 * (h2 * h);
+/// c[0] + c[stride] x + ... + c[N stride] x^N in powers of (x - at) / h, by Horner's scheme.
+template <int N, scalar T> PATCHRT_INLINE void shift_powers(T* c, int stride, T at, T h) {
+  PATCHRT_UNROLL
+  for (int k = 0; k < N; ++k) PATCHRT_UNROLL
+  for (int i = N - 1; i >= k; --i) c[i * stride] = fma(c[(i + 1) * stride], at, c[i * stride]);
+  T power = h;
+  PATCHRT_UNROLL
+  for (int k = 1; k <= N; ++k) {
+    c[k * stride] = c[k * stride] * power;
+    if (k < N) power = power * h;
+  }
 }
 
-template <scalar T>
-PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& rounding, T const& x, T const& y, T const& half_x,
+template <int M, int N, scalar T>
+PATCHRT_OUTLINE void expand_cell(T const* a, T const& rounding, T const& x, T const& y, T const& half_x,
                                  T const& half_y, cell_expansion<T>& e) {
-  T rows[16], b[16];
+  T b[(M + 1) * (N + 1)];
   PATCHRT_UNROLL
-  for (int k = 0; k < 4; ++k) shift_cubic(a + 4 * k, 1, y, half_y, rows + 4 * k);
+  for (int k = 0; k < (M + 1) * (N + 1); ++k) b[k] = a[k];
   PATCHRT_UNROLL
-  for (int l = 0; l < 4; ++l) shift_cubic(rows + l, 4, x, half_x, b + l);
-  e = {b[0], b[4], b[1], rounding, T(0), T(0)};
+  for (int k = 0; k <= M; ++k) shift_powers<N>(b + (N + 1) * k, 1, y, half_y);
   PATCHRT_UNROLL
-  for (int k = 0; k < 4; ++k) PATCHRT_UNROLL
-  for (int l = 0; l < 4; ++l) {
+  for (int l = 0; l <= N; ++l) shift_powers<M>(b + l, N + 1, x, half_x);
+  e = {b[0], b[N + 1], b[1], rounding, T(0), T(0)};
+  PATCHRT_UNROLL
+  for (int k = 0; k <= M; ++k) PATCHRT_UNROLL
+  for (int l = 0; l <= N; ++l) {
     if (k + l < 2) continue;
-    T const m = abs(b[4 * k + l]);
+    T const m = abs(b[(N + 1) * k + l]);
     e.remainder = e.remainder + m;
     if (k > 0) e.x_change = fma(T(lane_t<T>(k)), m, e.x_change);
     if (l > 0) e.y_change = fma(T(lane_t<T>(l)), m, e.y_change);
@@ -183,11 +165,11 @@ PATCHRT_OUTLINE void expand_cell(T const (&a)[16], T const& rounding, T const& x
 /// both row sums of e are under |det| / 4, no two Jacobians of the cell differ by more than 2/3 of either, relatively, and Newton
 /// steps shrink the distance to the root by that. About 280 operations.
 /// \note Gale & Nikaido, "The Jacobian matrix and global univalence of mappings", Math. Ann. 159, 1965, theorem 4.
-template <scalar T>
-PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T> const& p, T x, T y, T half_x, T half_y) {
+template <scalar T, int M, int N>
+PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T, M, N> const& p, T x, T y, T half_x, T half_y) {
   detail::cell_expansion<T> f, g;
-  detail::expand_cell(p.f, p.rounding_f, x, y, half_x, half_y, f);
-  detail::expand_cell(p.g, p.rounding_g, x, y, half_x, half_y, g);
+  detail::expand_cell<M, N>(p.f, p.rounding_f, x, y, half_x, half_y, f);
+  detail::expand_cell<M, N>(p.g, p.rounding_g, x, y, half_x, half_y, g);
   scaled_step<T> const s = newton_step(bivariate<T>{f.value, f.by_x, f.by_y, g.value, g.by_x, g.by_y});
   T const det = abs(s.det);
   T const fx = abs(f.by_x), fy = abs(f.by_y), gx = abs(g.by_x), gy = abs(g.by_y);
@@ -227,9 +209,9 @@ template <scalar T> struct newton_result {
 /// A lane has converged after a step shorter than `tolerance` in both parameters, which leaves an error of the order of
 /// tolerance^2, or where both functions are no more than their rounding: there only a short step is taken. It is given up when it has left |x|, |y| < 1.5
 /// or after `max_steps`. Steps are limited to (limit_x, limit_y). Errors are |J^-1| times the functions' rounding, with the last J.
-template <scalar T>
-PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, T limit_x, T limit_y, mask_t<T> active,
-                                       lane_t<T> tolerance, int max_steps) {
+template <scalar T, int M, int N>
+PATCHRT_INLINE newton_result<T> newton(projected_patch<T, M, N> const& p, T x, T y, T limit_x, T limit_y,
+                                       mask_t<T> active, lane_t<T> tolerance, int max_steps) {
   T const eps(tolerance);
   auto converged = active && !active;
   T error_x(0), error_y(0), det(1);  // errors times |det|
@@ -253,171 +235,6 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T> const& p, T x, T y, T 
   }
   T const least = max(det, T(std::numeric_limits<lane_t<T>>::min()));
   return {x, y, error_x / least, error_y / least, converged, steps};
-}
-
-/// A point common to a ray and a patch: t in units of |direction|, (u, v) in [0, 1]^2, `residual` the last correction's length
-/// in units of the patch's space: about the error before it, and so more than the error after it unless the ray grazes. Unspecified
-/// where not `valid`.
-template <scalar T> struct patch_root {
-  T t, u, v;
-  T residual;
-  mask_t<T> valid;
-};
-
-namespace detail {
-/// u + du in [0, 1]; where du is no number, or a leap that no Newton step from beside a root is, u.
-template <scalar S> PATCHRT_INLINE S step_within(S u, S du) {
-  using L = lane_t<S>;
-  S const to = select(abs(du) < S(L(4)), u + du, u);
-  return min(max(to, S(L(0))), S(L(1)));
-}
-template <scalar S> PATCHRT_INLINE S sum_of_magnitudes(vec3<S> const& a) { return abs(a.x) + abs(a.y) + abs(a.z); }
-}  // namespace detail
-
-namespace detail {
-/// Newton's iteration in (u, v, t) beside a pole, where a whole edge is one point and u (or v) says little until v (or u) is
-/// right: starts inside and never goes more than seven eighths of the way to an edge. Gives the lanes whose ray passes S(u, v)
-/// within `rounding`.
-template <scalar S, scalar P>
-PATCHRT_OUTLINE mask_t<S> correct_beside_pole(bicubic_patch<P> const& patch, S rounding, vec3<S> const& origin,
-                                              vec3<S> const& direction, S& u, S& v, mask_t<S> active) {
-  using L = lane_t<S>;
-  S const one(L(1)), half(L(0.5)), edge(L(0x1p-10));
-  surface_point<S> p = evaluate(patch, u, v);
-  auto const is_u_lost = sum_of_magnitudes(p.du) < sum_of_magnitudes(p.dv);
-  u = select(active, select(is_u_lost, half, min(max(u, edge), one - edge)), u);
-  v = select(active, select(is_u_lost, min(max(v, edge), one - edge), half), v);
-  auto found = active && !active;
-  for (int step = 0; step < 64 && any_of(active); ++step) {
-    p = evaluate(patch, u, v);
-    vec3<S> const r = difference(origin, p.position);
-    vec3<S> const across_v = cross(p.dv, direction), across_u = cross(direction, p.du);
-    S const det = dot(p.du, across_v);
-    S const beside = sum_of_magnitudes(difference(r, scale(direction, dot(r, direction) / dot(direction, direction))));
-    found = found || (active && beside <= rounding);
-    active = active && !found;
-    S const du = dot(r, across_v) / det, dv = dot(r, across_u) / det;
-    S const most(L(0.875));
-    u = select(active && abs(du) < S(L(1e9)), u + min(max(du, -(most * u)), most * (one - u)), u);
-    v = select(active && abs(dv) < S(L(1e9)), v + min(max(dv, -(most * v)), most * (one - v)), v);
-  }
-  return found;
-}
-}  // namespace detail
-
-/// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one with the same
-/// Jacobian, again until both together have converged; all within [0, 1]^2.
-///
-/// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at which
-/// steps with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53, or the
-/// second step is under what rounding makes of steps, nothing is, and roots away from grazing end at the rounding of S,
-/// about 4 ulp of (patch size + |origin|) over the cosine between ray and normal. Where a step would leave [0,1]^2, or the
-/// Jacobian tells it nothing (at a pole, where an edge is one point), or twelve passes do not suffice (the ray grazes, or
-/// just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size + |origin|), which covers S's own
-/// rounding: so a ray through a common edge of two patches finds one of them (`size` = the largest |coordinate| of the
-/// control points).
-/// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
-template <scalar S, scalar P>
-PATCHRT_OUTLINE void correct(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
-                             vec3<S> const& direction, patch_root<S>& root) {
-  using L = lane_t<S>;
-  S const rounding = S(L(32) * std::numeric_limits<L>::epsilon()) * (detail::sum_of_magnitudes(origin) + S(size));
-  S u = min(max(root.u, S(L(0))), S(L(1))), v = min(max(root.v, S(L(0))), S(L(1)));
-  auto moving = root.valid;
-  auto unsure = moving && !moving, blind = unsure;
-  for (int pass = 0; pass < 12 && any_of(moving); ++pass) {
-    surface_point<S> const p = evaluate(patch, u, v);
-    vec3<S> const across_v = cross(p.dv, direction);
-    vec3<S> const across_u = cross(direction, p.du);
-    S const inverse = S(1) / dot(p.du, across_v);
-    vec3<S> r = difference(origin, p.position);
-    S const first_u = detail::step_within(u, dot(r, across_v) * inverse);
-    S const first_v = detail::step_within(v, dot(r, across_u) * inverse);
-    r = difference(origin, position(patch, first_u, first_v));
-    S const du = dot(r, across_v) * inverse;
-    S const dv = dot(r, across_u) * inverse;
-    S const second_u = detail::step_within(first_u, du);
-    S const second_v = detail::step_within(first_v, dv);
-    S const first = max(abs(first_u - u), abs(first_v - v));
-    S const second = max(abs(second_u - first_u), abs(second_v - first_v));
-    u = select(moving, second_u, u);
-    v = select(moving, second_v, v);
-    vec3<S> const step = fma(du, p.du, scale(p.dv, dv));
-    root.t = select(moving, dot(difference(step, r), direction), root.t);  // to the corrected point
-    root.residual = select(moving, detail::sum_of_magnitudes(step), root.residual);
-    unsure = (unsure && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
-    S const leap(L(4));
-    blind = (blind && !moving) || (moving && !(abs(du) < leap && abs(dv) < leap));
-    S const noise = rounding * abs(inverse) * S(L(0.125));  // of a step, over |across_v| or |across_u|
-    auto const is_noise = abs(du) <= noise * detail::sum_of_magnitudes(across_v) &&
-                          abs(dv) <= noise * detail::sum_of_magnitudes(across_u);
-    moving = moving && !is_noise && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
-  }
-  S const squared = dot(direction, direction);
-  unsure = (unsure || moving) && root.valid;
-  if (any_of(unsure)) {
-    auto const beside = [&](vec3<S> const& chord) {
-      return detail::sum_of_magnitudes(difference(chord, scale(direction, dot(chord, direction) / squared)));
-    };
-    surface_point<S> const p = evaluate(patch, u, v);
-    vec3<S> chord = difference(p.position, origin);
-    auto at_root = unsure && beside(chord) <= rounding;
-    auto const at_pole = unsure && !at_root &&
-                         min(detail::sum_of_magnitudes(p.du), detail::sum_of_magnitudes(p.dv)) < S(L(0x1p-10) * size);
-    if (any_of(at_pole)) {
-      at_root = at_root || detail::correct_beside_pole(patch, rounding, origin, direction, u, v, at_pole);
-      chord = difference(position(patch, u, v), origin);
-    }
-    root.t = select((unsure && blind) || at_pole, dot(chord, direction), root.t);
-    root.residual = select(unsure, beside(chord), root.residual);
-    root.valid = root.valid && (!unsure || at_root);
-  }
-  root.t = root.t / squared;
-  root.u = u;
-  root.v = v;
-}
-
-/// The paper's solver: Newton's iteration in (u, v) on the ray's two planes, from `root`'s (u, v), on the control points.
-/// Gives the number of steps.
-///
-/// Stops where |R| < eps, on divergence, and after 16 steps; a lane that was stopped by divergence counts where its residual is
-/// at the rounding floor all the same. eps is 1e-15 of (patch size + |origin|), and |R| is measured in units of length.
-/// \note Nigam & Narayanan 2012, section 3.1, eqs. 2-4. Their eps is an absolute 1e-15, less than an ulp of coordinates above 4.
-template <scalar S, scalar P>
-PATCHRT_OUTLINE int solve_on_planes(bicubic_patch<P> const& patch, lane_t<S> size, vec3<S> const& origin,
-                                    vec3<S> const& direction, patch_root<S>& root) {
-  using L = lane_t<S>;
-  S u = root.u, v = root.v;
-  vec3<S> n1, n2;
-  S const length = sqrt(dot(direction, direction));
-  vec3<S> const unit = scale(direction, S(1) / length);
-  plane_normals(unit, n1, n2);
-  S const eps = S(L(1e-15)) * (abs(origin.x) + abs(origin.y) + abs(origin.z) + S(size));
-  S before(std::numeric_limits<L>::infinity());
-  auto moving = root.valid;
-  auto converged = moving && !moving;
-  vec3<S> chord(S(0), S(0), S(0));
-  int steps = 0;
-  for (; steps < 16 && any_of(moving); ++steps) {
-    surface_point<S> const p = evaluate(patch, u, v);
-    vec3<S> const r = difference(p.position, origin);
-    bivariate<S> const b{dot(n1, r), dot(n1, p.du), dot(n1, p.dv), dot(n2, r), dot(n2, p.du), dot(n2, p.dv)};
-    S const residual = abs(b.f) + abs(b.g);
-    chord = select(moving, r, chord);
-    auto const small = residual < eps;
-    converged = converged || (moving && (small || (residual < S(L(64)) * eps && !(residual < before))));
-    moving = moving && !small && residual < before;
-    scaled_step<S> const s = newton_step(b);
-    u = select(moving, u + s.dx / s.det, u);
-    v = select(moving, v + s.dy / s.det, v);
-    before = residual;
-  }
-  root.t = dot(chord, direction) / dot(direction, direction);
-  root.u = u;
-  root.v = v;
-  root.residual = before;
-  root.valid = converged && S(0) <= u && u <= S(1) && S(0) <= v && v <= S(1);
-  return steps;
 }
 
 }  // namespace patchrt

@@ -50,12 +50,6 @@ template <scalar T> PATCHRT_INLINE mask_t<T> is_cross_significant(vec3<T> const&
          cross_squared <= T(std::numeric_limits<L>::max());
 }
 
-PATCHRT_INLINE constexpr int binomial(int n, int k) {
-  int b = 1;
-  for (int i = 1; i <= k; ++i) b = b * (n - k + i) / i;
-  return b;
-}
-
 /// The patch seen from one of its points: Q(u, v) over x, y in [0, 1] with that point at x = y = 0 and both x and y
 /// growing towards the farther sides of the patch, moved to the origin and scaled to size 1.
 template <scalar T, int M, int N> struct corner_view {

@@ -81,6 +81,12 @@ template <int N, scalar T> PATCHRT_INLINE bernstein<T, N> bernstein_weights(T t)
   return w;
 }
 
+PATCHRT_INLINE constexpr int binomial(int n, int k) {
+  int b = 1;
+  for (int i = 1; i <= k; ++i) b = b * (n - k + i) / i;
+  return b;
+}
+
 /// sum_k w_k p_k of a row of control points.
 template <int N, scalar T, scalar P> PATCHRT_INLINE vec3<T> blend(T const (&w)[N + 1], vec3<P> const* p) {
   vec3<T> s = scale(convert_vec<T>(p[0]), w[0]);

@@ -5,60 +5,109 @@
 
 namespace patchrt {
 
-/// A bicubic patch in powers of the centred parameters x = 2u - 1, y = 2v - 1:
+/// A Bezier patch in powers of the centred parameters x = 2u - 1, y = 2v - 1:
 ///
-///     S = sum_kl coefficients[4k + l] x^k y^l,   -1 <= x, y <= 1.
+///     S = sum_kl coefficients[(N + 1) k + l] x^k y^l,   -1 <= x, y <= 1.
 ///
-/// Horner's rule costs 28 fused operations a coordinate for value and both derivatives where the Bernstein form costs 44,
-/// and since |x|, |y| <= 1 no coefficient exceeds the control net's size by more than a small factor, nor does the
-/// rounding error: gamma_7 sum_kl |coefficients[4k + l]| a coordinate.
+/// Horner's rule costs 28 fused operations a coordinate of a bicubic for value and both derivatives where the Bernstein form
+/// costs 44, and since |x|, |y| <= 1 no coefficient exceeds the control net's size by more than a small factor, nor does the
+/// rounding error: gamma_(M + N + 1) sum_kl |coefficients[(N + 1) k + l]| a coordinate.
 /// \note Farouki & Rajan, "On the numerical condition of polynomials in Bernstein form", CAGD 4, 1987, section 5: the power
 ///       form about the middle of the interval is the best conditioned of the power forms.
-template <scalar T> struct power_patch { vec3<T> coefficients[16]; };
+template <scalar T, int M = 3, int N = 3> struct power_patch { vec3<T> coefficients[(M + 1) * (N + 1)]; };
 
 namespace detail {
-/// Control values of a cubic over [0, 1] to powers of x = 2t - 1, in place, `stride` apart.
-template <class V> PATCHRT_HD void bernstein_to_power(V* p, int stride) {
-  using L = typename V::value_type;
-  V const p0 = p[0], p1 = p[stride], p2 = p[2 * stride], p3 = p[3 * stride];
-  V const ends = p0 + p3, mids = p1 + p2, rise = p3 - p0, inner = p2 - p1;
-  p[0] = (ends + L(3) * mids) * L(0.125);
-  p[stride] = (rise + inner) * L(0.375);
-  p[2 * stride] = (ends - mids) * L(0.375);
-  p[3 * stride] = (rise - L(3) * inner) * L(0.125);
+/// Control values of degree N over [0, 1] to powers of x = 2t - 1, in place, `stride` apart: the k-th differences' blossom at
+/// t = 1/2, times binomial(N, k) / 2^k.
+template <int N, class V, class L> PATCHRT_HD void bernstein_to_power(V* p, int stride, L half) {
+  for (int k = 0; k <= N; ++k) {
+    V level[N + 1];
+    for (int i = k; i <= N; ++i) level[i] = p[i * stride];  // the k-th differences
+    for (int last = N; last > k; --last)
+      for (int i = k; i < last; ++i) level[i] = half * (level[i] + level[i + 1]);
+    for (int i = N; i > k; --i) p[i * stride] = p[i * stride] - p[(i - 1) * stride];
+    p[k * stride] = (L(binomial(N, k)) / L(1 << k)) * level[k];
+  }
+}
+
+/// sum a[(N + 1) k + l] x^k y^l.
+template <int M, int N, class A, scalar T> PATCHRT_INLINE T horner(A const& a, T x, T y) {
+  T value;
+  PATCHRT_UNROLL
+  for (int k = M; k >= 0; --k) {
+    T r = a(k, N);
+    PATCHRT_UNROLL
+    for (int l = N - 1; l >= 0; --l) r = fma(r, y, a(k, l));
+    value = k == M ? r : fma(value, x, r);
+  }
+  return value;
+}
+
+/// The same with its derivatives.
+template <int M, int N, class A, scalar T>
+PATCHRT_INLINE void horner(A const& a, T x, T y, T& value, T& by_x, T& by_y) {
+  PATCHRT_UNROLL
+  for (int k = M; k >= 0; --k) {
+    T r = fma(a(k, N), y, a(k, N - 1));
+    T d = a(k, N);
+    PATCHRT_UNROLL
+    for (int l = N - 2; l >= 0; --l) {
+      d = fma(d, y, r);
+      r = fma(r, y, a(k, l));
+    }
+    by_x = k == M ? T(0) : k == M - 1 ? value : fma(by_x, x, value);
+    value = k == M ? r : fma(value, x, r);
+    by_y = k == M ? d : fma(by_y, x, d);
+  }
 }
 }  // namespace detail
 
 /// The power form of `patch`; the basis change is computed in the patch's own precision.
 ///
-/// With m the largest |coordinate| of the control points and w = (1, 3/2, 3/2, 1), coefficient (k, l) is at most w_k w_l m and
-/// gamma_6 w_k w_l m off: three roundings along either parameter.
-template <scalar T> PATCHRT_HD power_patch<T> to_power(bicubic_patch<T> const& patch) {
-  power_patch<T> q;
-  for (int i = 0; i < 16; ++i) q.coefficients[i] = patch.control_points[i];
-  for (int i = 0; i < 4; ++i) detail::bernstein_to_power(q.coefficients + 4 * i, 1);
-  for (int j = 0; j < 4; ++j) detail::bernstein_to_power(q.coefficients + j, 4);
+/// With m the largest |coordinate| of the control points and w_k^M the sum of the magnitudes of the coefficients of
+/// binomial(M, k) ((1 + z) / 2)^(M - k) ((1 - z) / 2)^k, which is (1, 3/2, 3/2, 1) for M = 3, coefficient (k, l) is at most
+/// w_k^M w_l^N m and gamma_(M + N + 2) w_k^M w_l^N m off: M + 1 roundings along u and N + 1 along v.
+template <scalar T, int M, int N> PATCHRT_HD power_patch<T, M, N> to_power(bezier_patch<T, M, N> const& patch) {
+  power_patch<T, M, N> q;
+  T const half(lane_t<T>(0.5));
+  for (int i = 0; i < (M + 1) * (N + 1); ++i) q.coefficients[i] = patch.control_points[i];
+  for (int i = 0; i <= M; ++i) detail::bernstein_to_power<N>(q.coefficients + (N + 1) * i, 1, half);
+  for (int j = 0; j <= N; ++j) detail::bernstein_to_power<M>(q.coefficients + j, N + 1, half);
   return q;
 }
 
 /// The sum of the coefficients' magnitudes by coordinate, which bounds |S|, and what its rounding is in proportion to.
-template <scalar T> PATCHRT_HD vec3<T> coefficient_sum(power_patch<T> const& patch) {
+template <scalar T, int M, int N> PATCHRT_HD vec3<T> coefficient_sum(power_patch<T, M, N> const& patch) {
   vec3<T> s = absolute(patch.coefficients[0]);
-  for (int k = 1; k < 16; ++k) s = sum(s, absolute(patch.coefficients[k]));
+  for (int k = 1; k < (M + 1) * (N + 1); ++k) s = sum(s, absolute(patch.coefficients[k]));
   return s;
 }
 
-/// S(x, y) alone: 15 fused operations a coordinate.
-template <scalar T, scalar P> PATCHRT_INLINE vec3<T> position(power_patch<P> const& patch, T x, T y) {
-  vec3<T> s(T(0), T(0), T(0));
-  PATCHRT_UNROLL
-  for (int k = 3; k >= 0; --k) {
-    vec3<P> const* const row = patch.coefficients + 4 * k;
-    vec3<T> r = convert_vec<T>(row[3]);
-    PATCHRT_UNROLL
-    for (int l = 2; l >= 0; --l) r = {fma(r.x, y, T(row[l].x)), fma(r.y, y, T(row[l].y)), fma(r.z, y, T(row[l].z))};
-    s = k == 3 ? r : vec3<T>{fma(s.x, x, r.x), fma(s.y, x, r.y), fma(s.z, x, r.z)};
+namespace detail {
+/// Coordinate c of the coefficients, as numbers of type T.
+template <scalar T, int C, class P, int M, int N> struct power_coordinate {
+  power_patch<P, M, N> const& patch;
+  PATCHRT_INLINE T operator()(int k, int l) const {
+    return convert<T>(component(patch.coefficients[(N + 1) * k + l], C));
   }
+};
+}  // namespace detail
+
+/// S(x, y) alone: 15 fused operations a coordinate of a bicubic.
+template <scalar T, scalar P, int M, int N>
+PATCHRT_INLINE vec3<T> position(power_patch<P, M, N> const& patch, T x, T y) {
+  return {detail::horner<M, N>(detail::power_coordinate<T, 0, P, M, N>{patch}, x, y),
+          detail::horner<M, N>(detail::power_coordinate<T, 1, P, M, N>{patch}, x, y),
+          detail::horner<M, N>(detail::power_coordinate<T, 2, P, M, N>{patch}, x, y)};
+}
+
+/// S, S_x and S_y at (x, y); `du` and `dv` of the result are the derivatives by x and y.
+template <scalar T, scalar P, int M, int N>
+PATCHRT_INLINE surface_point<T> evaluate(power_patch<P, M, N> const& patch, T x, T y) {
+  surface_point<T> s;
+  detail::horner<M, N>(detail::power_coordinate<T, 0, P, M, N>{patch}, x, y, s.position.x, s.du.x, s.dv.x);
+  detail::horner<M, N>(detail::power_coordinate<T, 1, P, M, N>{patch}, x, y, s.position.y, s.du.y, s.dv.y);
+  detail::horner<M, N>(detail::power_coordinate<T, 2, P, M, N>{patch}, x, y, s.position.z, s.du.z, s.dv.z);
   return s;
 }
 

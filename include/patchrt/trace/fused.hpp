@@ -23,11 +23,11 @@
 namespace patchrt {
 
 /// A ray's hit: t in units of |direction|, (u, v) in [0, 1]^2 on patch number `patch`; `patch` is -1 and t infinite for a miss.
-/// `residual` as in `patch_root`.
+/// `error` as in `patch_root`.
 struct patch_hit {
   double t = std::numeric_limits<double>::infinity();
   double u = 0, v = 0;
-  float residual = 0;
+  float error = 0;
   std::int32_t patch = -1;
 
   bool valid() const { return patch >= 0; }
@@ -64,16 +64,16 @@ void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hi
   auto const& hit = search.template run<AnyHit>(counts);
   std::uint32_t valid = hit.valid.bits();
   if (valid == 0) return;
-  L t[N], u[N], v[N], residual[N];
+  L t[N], u[N], v[N], error[N];
   float patch[N];
   hit.t.store(t);
   hit.u.store(u);
   hit.v.store(v);
-  hit.residual.store(residual);
+  hit.error.store(error);
   hit.patch_bits.store(patch);
   for (; valid != 0; valid &= valid - 1) {
     int const i = std::countr_zero(valid);
-    hits[i] = {t[i], u[i], v[i], static_cast<float>(residual[i]), std::bit_cast<std::int32_t>(patch[i])};
+    hits[i] = {t[i], u[i], v[i], static_cast<float>(error[i]), std::bit_cast<std::int32_t>(patch[i])};
   }
 }
 

@@ -20,7 +20,7 @@ template <accuracy A, bool AnyHit> struct trace_kernel {
     y[1] = hit.valid ? hit.t : T(0);
     y[2] = hit.valid ? hit.u : T(0);
     y[3] = hit.valid ? hit.v : T(0);
-    y[4] = hit.valid ? hit.residual : T(0);
+    y[4] = hit.valid ? hit.error : T(0);
     y[5] = hit.valid ? T(std::bit_cast<std::int32_t>(hit.patch_bits)) : T(-1);
   }
 };
