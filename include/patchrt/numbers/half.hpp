@@ -59,7 +59,7 @@ PATCHRT_INLINE constexpr float half_to_float(std::uint16_t h) {
 /// - |a / b - m| = |a - m b| / |b|, and m b has at most 23 bits: unless zero this is more than 2^-23 m (2^-11 m where
 ///   the last place of a is below that of m b); float's error is at most 2^-24 m.
 /// - sqrt(a) with 2^e the last place of m in 12 bits: a and m^2 are multiples of 2^(2 e), so that
-///   |sqrt(a) - m| = |a - m^2| / (sqrt(a) + m) > 2^(2 e) / 2^(e + 13) = 2^(e - 13), which is what float's error is at most.
+///   |sqrt(a) - m| = |a - m^2| / (sqrt(a) + m) > 2^(2 e) / 2^(e + 13) = 2^(e - 13), which float's error does not exceed.
 /// \note Figueroa, "When is double rounding innocuous?", SIGNUM Newsletter 30(3), 1995: p >= 2 q + 2 digits suffice for
 ///       normal results, here 24 = 2 * 11 + 2; the above includes subnormal ones.
 class half {
@@ -99,8 +99,8 @@ class half {
   ///
   /// p = a b is exact in double, a multiple of 2^(d - 21) where 2^d <= |p| < 2^(d + 1); let e be the exponent of c.
   /// Where |p| >= 2^17 the sum overflows either way. Where e <= d + 30 and d <= 16, p + c is exact: a multiple of
-  /// 2^(d - 21) or of 2^-24, whichever is less, below 2^(max(d, e) + 2), which makes at most 53 bits in the first case and
-  /// 42 in the second. Where e > d + 30, |p| < 2^(e - 30), and the middles around c, at least 2^(e - 12) away, are
+  /// 2^(d - 21) or of 2^-24, whichever is less, below 2^(max(d, e) + 2), which makes at most 53 bits in the first case
+  /// and 42 in the second. Where e > d + 30, |p| < 2^(e - 30), and the middles around c, at least 2^(e - 12) away, are
   /// doubles that the sum does not reach.
   PATCHRT_INLINE friend constexpr half fma(half a, half b, half c) { return half(double(a) * double(b) + double(c)); }
   PATCHRT_INLINE friend half sqrt(half a) { return half(patchrt::sqrt(float(a))); }

@@ -73,8 +73,8 @@ PATCHRT_INLINE void restrict_curve(weighted_point<T>* p, int stride, weighted_se
 /// With m the largest |coordinate| of the control points, each coordinate is off by at most M (M + 2) eps m, and each
 /// weight by 2 M eps of itself, for 0 <= u <= 1: a step rounds the ratio of two weights three times, their sum and
 /// quotient once each, and the point twice, 11/2 eps/2 m together, and weights carry three roundings to the next. At
-/// u = 0 and u = 1 one part is the patch itself, bit for bit. Control points that are equal stay equal, both parts share
-/// their common edge bit for bit, and their bounds lie within those of the patch.
+/// u = 0 and u = 1 one part is the patch itself, bit for bit. Control points that are equal stay equal, both parts
+/// share their common edge bit for bit, and their bounds lie within those of the patch.
 /// \pre No over- or underflow. All weights > 0.
 template <scalar T, int M, int N>
 PATCHRT_HD rational_halves<T, M, N> split_u(rational_patch<T, M, N> const& patch, T u) {
