@@ -25,11 +25,13 @@
 #include <patchrt/numbers/fixed.hpp>
 #include <patchrt/numbers/half.hpp>
 #include <patchrt/roots/bernstein_pair.hpp>
+#include <patchrt/roots/bernstein_part.hpp>
 #include <patchrt/roots/enclosure.hpp>
 #include <patchrt/roots/isolate.hpp>
 #include <patchrt/roots/isolation.hpp>
 #include <patchrt/roots/krawczyk.hpp>
 #include <patchrt/roots/newton.hpp>
+#include <patchrt/roots/parameter_box.hpp>
 #include <patchrt/roots/refine_root.hpp>
 #include <patchrt/roots/root_clusters.hpp>
 #include <patchrt/shapes/bezier_normal.hpp>

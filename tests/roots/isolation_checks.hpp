@@ -10,8 +10,15 @@
 
 namespace patchrt::test {
 
+/// A float, a point interval, or a sum of two words.
+template <class T> precise as_precise(T const& x) {
+  if constexpr (std::floating_point<T>) return precise(x);
+  else if constexpr (enclosure<T>::is_interval) return precise(x.lo);
+  else return precise(x.hi) + precise(x.lo);
+}
+
 template <class T> bool holds(isolated_root<T> const& box, precise const& u, precise const& v) {
-  return abs(u - precise(box.u)) <= precise(box.radius_u) && abs(v - precise(box.v)) <= precise(box.radius_v);
+  return abs(u - as_precise(box.u)) <= precise(box.radius_u) && abs(v - as_precise(box.v)) <= precise(box.radius_v);
 }
 
 /// Coefficients uniform in [-1, 1].
@@ -43,7 +50,8 @@ struct tally {
 
 /// Holds boxes against all roots in and around the domain.
 template <class T, int C>
-tally compare(isolation<T, C> const& found, std::vector<precise_root> const& roots, parameter_box<T> const& domain) {
+tally compare(isolation<T, C> const& found, std::vector<precise_root> const& roots,
+              parameter_box<real_t<T>> const& domain) {
   tally t;
   for (precise_root const& r : roots) {
     bool const is_inside = domain.u_low <= r.u && r.u <= domain.u_high && domain.v_low <= r.v && r.v <= domain.v_high;

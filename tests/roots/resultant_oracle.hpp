@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// \file
-/// All common roots of two Bernstein polynomials by their resultant, in 600-bit arithmetic: no subdivision of the square, no
-/// interval, nothing in common with what it is held against. For pairs without multiple roots.
+/// \file All common roots of two Bernstein polynomials by their resultant, in 600-bit arithmetic: no subdivision of the
+/// square, no interval, nothing in common with what it is held against. For pairs without multiple roots.
 
 #include <patchrt/roots/bernstein_pair.hpp>
 

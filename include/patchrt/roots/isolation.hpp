@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <patchrt/roots/bernstein_pair.hpp>
+#include <patchrt/roots/enclosure.hpp>
+#include <patchrt/roots/parameter_box.hpp>
 
 namespace patchrt {
 
@@ -30,7 +31,8 @@ template <scalar T, int Capacity> struct isolation {
   bool complete;  ///< false where the search ran out of steps or room, or the pair is not made of numbers
   int examined;   ///< boxes that were looked at: what the search took
 
-  bool is_certain() const {
+  /// Whether nothing is left open: every box holds exactly one root.
+  PATCHRT_HD bool is_certain() const {
     bool all = complete;
     for (int k = 0; k < count; ++k) all = all && roots[k].kind == root_kind::simple;
     return all;
@@ -42,10 +44,10 @@ template <scalar T> struct isolate_options {
   using R = real_t<T>;
   parameter_box<R> domain{R(0), R(1), R(0), R(1)};
   R widest_multiple = R(0x1p-5);  ///< boxes of undecided roots that are wider are `degenerate`
-  int most_examined = 4096;       ///< steps
+  int most_examined = 1024;       ///< after so many boxes what is left is reported; a contact takes 100 to 300
 };
 
 /// A pair of degrees (M, N) has 2 M N isolated roots at most (Bernshtein 1975); and room for what is left over.
-template <int M, int N> inline constexpr int isolation_capacity = 2 * M* N + 2;
+template <int M, int N> inline constexpr int isolation_capacity = 2 * (M * N) + 2;
 
 }  // namespace patchrt

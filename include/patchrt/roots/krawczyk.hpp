@@ -2,17 +2,19 @@
 #pragma once
 
 /// \file
-/// What two functions in Bernstein form are known to do in a box: the tests of exclusion, contraction, existence and uniqueness.
+/// What two functions in Bernstein form are known to do in a box: the tests of exclusion, contraction, existence
+/// and uniqueness.
 ///
-/// All of them look at combinations a f + b g, by what their coefficients and the differences of these enclose. Two combinations come
-/// from the mean Jacobian's adjoint: the one that loses its slope along v tells where in u a root can be, and the other way round.
-/// Where the Jacobian is nearly singular both become the one combination without a linear part, which keeps curves that
-/// nearly touch apart in cells as long as their distance from the point of contact.
-/// \note Krawczyk, Computing 4, 1969; Neumaier, Interval Methods for Systems of Equations, 1990, chapter 5; Garloff & Smith,
-///       "Investigation of a subdivision based algorithm for solving systems of polynomial equations", Nonlinear Analysis 47, 2001;
-///       Mourrain & Pavone, "Subdivision methods for solving polynomial equations", JSC 44, 2009, section 3.
+/// All of them look at combinations a f + b g, by what their coefficients and the differences of these enclose. Two
+/// combinations come from the mean Jacobian's adjoint: the one that loses its slope along v tells where in u a root can
+/// be, and the other way round. Where the Jacobian is nearly singular both become the one combination without a linear
+/// part, which keeps curves that nearly touch apart in cells as long as their distance from the point of contact.
+/// \note Krawczyk, Computing 4, 1969; Neumaier, Interval Methods for Systems of Equations, 1990, chapter 5; Garloff &
+///       Smith, "Investigation of a subdivision based algorithm for solving systems of polynomial equations", Nonlinear
+///       Analysis 47, 2001; Mourrain & Pavone, "Subdivision methods for solving polynomial equations", JSC 44, 2009,
+///       section 3.
 
-#include <patchrt/roots/bernstein_pair.hpp>
+#include <patchrt/roots/bernstein_part.hpp>
 
 namespace patchrt::detail {
 
@@ -60,12 +62,19 @@ template <int K, class R> PATCHRT_HD R middle_weight(int i) {
   return R(w) / R(1 << K);
 }
 
+/// By how much more than in the unit square the pair's errors count in `box`: Chebyshev polynomials grow most outside,
+/// and T_5(1 + 2 overhang)^2 < 2.01.
+template <class R> PATCHRT_INLINE R error_growth(parameter_box<R> const& box) {
+  return is_inside(box, parameter_box<R>{R(0), R(1), R(0), R(1)}) ? R(1) : R(2.0625);
+}
+
 /// The bounds of a f + b g, whose own parameter is s (Own = 0) or t.
 template <int Own, int M, int N, scalar T>
 PATCHRT_HD combination<real_t<T>> combine(restricted_pair<T, M, N> const& part, scaled_pair<T, M, N> const& pair,
-                                          real_t<T> a, real_t<T> b, real_t<T> growth, real_t<T> width_u,
-                                          real_t<T> width_v) {
+                                          real_t<T> a, real_t<T> b, real_t<T> largest_f, real_t<T> largest_g,
+                                          parameter_box<real_t<T>> const& box) {
   using R = real_t<T>;
+  R const width_u = box.u_high - box.u_low, width_v = box.v_high - box.v_low, growth = error_growth(box);
   T c[N + 1][M + 1];
   for (int j = 0; j <= N; ++j) {
     for (int i = 0; i <= M; ++i) c[j][i] = fma(T(a), part.x[j][i], T(b) * part.x[j][M + 1 + i]);
@@ -82,7 +91,9 @@ PATCHRT_HD combination<real_t<T>> combine(restricted_pair<T, M, N> const& part, 
     }
     middle = fma(T(middle_weight<N, R>(j)), across, middle);
   }
-  R const noise = abs(a) * pair.noise_f + abs(b) * pair.noise_g;
+  // A coefficient is rounded twice, its half differences half as often again, the middle M + N + 2 times more.
+  R const local = R(M + N + 4) * enclosure<T>::unit() * (abs(a) * largest_f + abs(b) * largest_g);
+  R const noise = abs(a) * pair.noise_f + abs(b) * pair.noise_g + local;
   R const error = abs(a) * pair.error_f + abs(b) * pair.error_g;
   // Differences of the error's polynomial are unknown, its derivatives are bounded: 4 K^2 error by Markov's inequality.
   R const slope_error_s = rounded_up(R(2 * M) * noise + R(4 * M * M) * error * width_u);
@@ -109,12 +120,7 @@ PATCHRT_HD combination<real_t<T>> combine(restricted_pair<T, M, N> const& part, 
   return r;
 }
 
-/// By how much more than in the unit square the pair's errors count in `box`: Chebyshev polynomials grow most outside, and
-/// T_5(1 + 2 overhang)^2 < 2.01.
-template <class R> PATCHRT_INLINE R error_growth(parameter_box<R> const& box) {
-  return is_inside(box, parameter_box<R>{R(0), R(1), R(0), R(1)}) ? R(1) : R(2.0625);
-}
-
+/// \pre the box's ends are on the grid
 template <int M, int N, scalar T>
 PATCHRT_OUTLINE box_facts<real_t<T>> examine(scaled_pair<T, M, N> const& pair, parameter_box<real_t<T>> const& box) {
   using R = real_t<T>;
@@ -130,7 +136,8 @@ PATCHRT_OUTLINE box_facts<real_t<T>> examine(scaled_pair<T, M, N> const& pair, p
   }
   R const error_f = rounded_up(pair.noise_f + growth * pair.error_f);
   R const error_g = rounded_up(pair.noise_g + growth * pair.error_g);
-  facts.is_vanishing = max(abs(f.low), abs(f.high)) <= error_f && max(abs(g.low), abs(g.high)) <= error_g;
+  R const largest_f = max(abs(f.low), abs(f.high)), largest_g = max(abs(g.low), abs(g.high));
+  facts.is_vanishing = largest_f <= error_f && largest_g <= error_g;
   facts.is_excluded = is_apart_from_zero(f.low, f.high, error_f) || is_apart_from_zero(g.low, g.high, error_g);
   if (facts.is_excluded || facts.is_vanishing) return facts;
 
@@ -154,21 +161,22 @@ PATCHRT_OUTLINE box_facts<real_t<T>> examine(scaled_pair<T, M, N> const& pair, p
       }
     }
   }
-  R const width_u = box.u_high - box.u_low, width_v = box.v_high - box.v_low;
   R const by_t = max(abs(slope[0][1]), abs(slope[1][1])), by_s = max(abs(slope[0][0]), abs(slope[1][0]));
-  facts.row[0] = by_t > R(0) ? combine<0>(part, pair, slope[1][1] / by_t, -slope[0][1] / by_t, growth, width_u, width_v)
-                             : combine<0>(part, pair, R(1), R(0), growth, width_u, width_v);
-  facts.row[1] = by_s > R(0) ? combine<1>(part, pair, -slope[1][0] / by_s, slope[0][0] / by_s, growth, width_u, width_v)
-                             : combine<1>(part, pair, R(0), R(1), growth, width_u, width_v);
+  bool const has_t = by_t > R(0), has_s = by_s > R(0);
+  facts.row[0] = combine<0>(part, pair, has_t ? slope[1][1] / by_t : R(1), has_t ? -slope[0][1] / by_t : R(0),
+                            largest_f, largest_g, box);
+  facts.row[1] = combine<1>(part, pair, has_s ? -slope[1][0] / by_s : R(0), has_s ? slope[0][0] / by_s : R(1),
+                            largest_f, largest_g, box);
   for (combination<R> const& c : facts.row) {
     facts.is_excluded = facts.is_excluded || is_apart_from_zero(c.low, c.high, c.error);
   }
   return facts;
 }
 
-/// Whether one of the combinations is, all over the box, within a few times what is unknown of it: no smaller box would say more.
+/// Whether one of the combinations is, all over the box, within a few times what is unknown of it: no smaller box would
+/// say more.
 template <class R> PATCHRT_INLINE bool is_at_floor(box_facts<R> const& facts) {
-  auto const is_unknown = [](combination<R> const& c) { return max(abs(c.low), abs(c.high)) <= R(4) * c.error; };
+  auto const is_unknown = [](combination<R> const& c) { return max(abs(c.low), abs(c.high)) <= R(3) * c.error; };
   return is_unknown(facts.row[0]) || is_unknown(facts.row[1]);
 }
 
@@ -177,7 +185,8 @@ template <class R> PATCHRT_INLINE bool is_injective(box_facts<R> const& facts) {
   return facts.row[0].cross_slope < facts.row[0].least_slope && facts.row[1].cross_slope < facts.row[1].least_slope;
 }
 
-/// Whether the interval Newton operator takes the box into its interior: then it holds exactly one root, for every true pair.
+/// Whether the interval Newton operator takes the box into its interior: then it holds exactly one root, for every true
+/// pair.
 template <class R> PATCHRT_INLINE bool has_exactly_one(box_facts<R> const& facts) {
   auto const is_inward = [](combination<R> const& c) {
     R const reach = max(abs(c.middle_low), abs(c.middle_high)) + c.error + c.cross_slope / R(2);
@@ -188,8 +197,8 @@ template <class R> PATCHRT_INLINE bool has_exactly_one(box_facts<R> const& facts
 
 /// The part of [low, high] where c can be 0, by its slopes: empty (high < low) where there is none.
 ///
-/// Not thinner than 64 times what the error leaves open: in thinner boxes everything is within errors.
-template <class R> PATCHRT_HD void contract(combination<R> const& c, R& low, R& high) {
+/// Not so thin that the error, which counts 2 K times in slopes, leaves none of them certain.
+template <int K, class R> PATCHRT_HD void contract(combination<R> const& c, R& low, R& high) {
   if (!(c.least_slope > R(0))) return;
   R const open = rounded_up(c.error + c.cross_slope / R(2));
   R const d_low = c.least_slope, d_high = max(abs(c.slope_low), abs(c.slope_high));
@@ -199,18 +208,17 @@ template <class R> PATCHRT_HD void contract(combination<R> const& c, R& low, R& 
   R s_low = from / (from < R(0) ? d_low : d_high);
   R s_high = to / (to > R(0) ? d_low : d_high);
   R const eps = std::numeric_limits<R>::epsilon();
-  R const spare = R(32) * c.error / d_low;
+  R const spare = R(6 * K) * c.error / d_low;
   R const middle = (s_low + s_high) / R(2);
   s_low = R(0.5) + min(s_low - R(16) * eps * (abs(s_low) + R(1)), middle - spare);
   s_high = R(0.5) + max(s_high + R(16) * eps * (abs(s_high) + R(1)), middle + spare);
   R const width = high - low;
   R const slack = R(4) * eps * max(abs(low), abs(high));
-  R const before = high;
-  if (s_high < R(1)) high = min(high, low + width * s_high + slack);
-  if (s_low > R(0)) low = max(low, low + width * s_low - slack);
+  if (s_high < R(1)) high = min(high, grid_above(low + width * s_high + slack));
+  if (s_low > R(0)) low = max(low, grid_below(low + width * s_low - slack));
   if (s_low > R(1) || s_high < R(0)) {
-    low = before;
-    high = before - R(1);
+    low = R(1);
+    high = R(0);
   }
 }
 

@@ -9,8 +9,9 @@ namespace patchrt::detail {
 /// What |f| and |g| may be at a point where they were computed as b, in the given pair's units.
 template <scalar T, int M, int N>
 PATCHRT_HD void set_residual(scaled_pair<T, M, N> const& pair, bivariate<T> const& b, isolated_root<T>& root) {
-  root.residual_f = rounded_up(magnitude(b.f) + pair.noise_f) * pair.scale_f;
-  root.residual_g = rounded_up(magnitude(b.g) + pair.noise_g) * pair.scale_g;
+  using R = real_t<T>;
+  root.residual_f = rounded_up(magnitude(b.f) + R(1.5) * pair.noise_f) * pair.scale_f;
+  root.residual_g = rounded_up(magnitude(b.g) + R(1.5) * pair.noise_g) * pair.scale_g;
 }
 
 template <scalar T> PATCHRT_INLINE T clamped(T const& x, real_t<T> low, real_t<T> high) {
@@ -20,8 +21,8 @@ template <scalar T> PATCHRT_INLINE T clamped(T const& x, real_t<T> low, real_t<T
 /// Newton's iteration to the one root in `box`, and how far it may be from there.
 ///
 /// With c = a f + b g for either row, the mean value theorem gives 0 = c(p) + c_s (s - s_p) + c_t (t - t_p) with slopes
-/// from within the box, hence |s - s_p| least_slope_0 <= |c_0(p)| + error_0 + cross_slope_0 |t - t_p|, likewise for t, and both together
-/// bound either. False where the root's box would leave `box`.
+/// from within the box, hence |s - s_p| least_slope_0 <= |c_0(p)| + error_0 + cross_slope_0 |t - t_p|, likewise for t,
+/// and both together bound either. False where the root's box would leave `box`.
 template <scalar T, int M, int N>
 PATCHRT_OUTLINE bool refine_root(scaled_pair<T, M, N> const& pair, parameter_box<real_t<T>> const& box,
                                  box_facts<real_t<T>> const& facts, isolated_root<T>& root) {
@@ -45,7 +46,8 @@ PATCHRT_OUTLINE bool refine_root(scaled_pair<T, M, N> const& pair, parameter_box
   R off[2];
   for (int k = 0; k < 2; ++k) {
     combination<R> const& c = facts.row[k];
-    off[k] = rounded_up(magnitude(fma(T(c.a), at.f, T(c.b) * at.g)) + c.error);
+    R const more = (abs(c.a) * pair.noise_f + abs(c.b) * pair.noise_g) / R(2);
+    off[k] = rounded_up(magnitude(fma(T(c.a), at.f, T(c.b) * at.g)) + c.error + more);
   }
   R const l0 = facts.row[0].least_slope, l1 = facts.row[1].least_slope;
   R const x0 = facts.row[0].cross_slope, x1 = facts.row[1].cross_slope;
@@ -62,7 +64,8 @@ PATCHRT_OUTLINE bool refine_root(scaled_pair<T, M, N> const& pair, parameter_box
          enclosure<T>::upper(v + T(root.radius_v)) < box.v_high;
 }
 
-/// The point of `box` that comes nearest to being a root, by damped Gauss-Newton steps, as the middle of a box that covers it.
+/// The point of `box` that comes nearest to being a root, by damped Gauss-Newton steps, as the middle of a box that
+/// covers it.
 /// \note Levenberg 1944; More 1978 for the damping by the residual's own size.
 template <scalar T, int M, int N>
 PATCHRT_OUTLINE void approach_root(scaled_pair<T, M, N> const& pair, parameter_box<real_t<T>> const& box,
@@ -79,8 +82,9 @@ PATCHRT_OUTLINE void approach_root(scaled_pair<T, M, N> const& pair, parameter_b
     T const x = fx * at.f + gx * at.g, y = fy * at.f + gy * at.g;
     T const det = xx * yy - xy * xy;
     if (!(approximately(det) > R(0))) break;
-    T const next_u = clamped(u - T(width_u) * ((yy * x - xy * y) / det), box.u_low, box.u_high);
-    T const next_v = clamped(v - T(width_v) * ((xx * y - xy * x) / det), box.v_low, box.v_high);
+    T const step_u = T(width_u) * ((yy * x - xy * y) / det), step_v = T(width_v) * ((xx * y - xy * x) / det);
+    T const next_u(approximately(clamped(u - step_u, box.u_low, box.u_high)));
+    T const next_v(approximately(clamped(v - step_v, box.v_low, box.v_high)));
     bivariate<T> const next = evaluate(pair, next_u, next_v);
     if (!(approximately(next.f * next.f + next.g * next.g) < approximately(at.f * at.f + at.g * at.g))) break;
     u = next_u;

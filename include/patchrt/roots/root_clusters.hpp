@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <patchrt/roots/bernstein_pair.hpp>
+#include <patchrt/roots/parameter_box.hpp>
 
 namespace patchrt::detail {
 
@@ -18,9 +18,13 @@ template <class R> class root_clusters {
     R const slack_u = (box.u_high - box.u_low) / R(2), slack_v = (box.v_high - box.v_low) / R(2);
     int at = 0;
     while (at < count_ && !is_touching(items_[at].box, box, slack_u, slack_v)) ++at;
-    if (at == capacity) at = capacity - 1;
-    if (at == count_) items_[count_++] = {box, is_unfinished};
-    else join(items_[at], {box, is_unfinished});
+    if (at == capacity) {
+      join(items_[capacity - 1], {box, true});
+    } else if (at == count_) {
+      items_[count_++] = {box, is_unfinished};
+    } else {
+      join(items_[at], {box, is_unfinished});
+    }
   }
 
   /// Joins what has come to touch while it grew, and leaves `most` at most.
@@ -56,18 +60,16 @@ template <class R> class root_clusters {
   }
 };
 
-/// Boxes to be looked at: first in, first out; last in, first out where room gets scarce, which takes no more than three places a
-/// level.
+/// Boxes to be looked at, first in, first out.
 template <class R, int Capacity> class box_queue {
  public:
   PATCHRT_HD bool is_empty() const { return count_ == 0; }
   PATCHRT_HD int room() const { return Capacity - count_; }
   PATCHRT_HD void push(parameter_box<R> const& box) { items_[(first_ + count_++) % Capacity] = box; }
   PATCHRT_HD parameter_box<R> pop() {
-    --count_;
-    if (4 * count_ >= 3 * Capacity) return items_[(first_ + count_) % Capacity];
     parameter_box<R> const box = items_[first_];
     first_ = (first_ + 1) % Capacity;
+    --count_;
     return box;
   }
 
