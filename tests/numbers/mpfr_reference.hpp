@@ -58,7 +58,8 @@ template <class T> struct word_source {
 template <class T> inline constexpr int least_exponent = std::numeric_limits<T>::min_exponent - 1;
 template <class T> inline constexpr int greatest_exponent = std::numeric_limits<T>::max_exponent - 1;
 
-/// Zeros, subnormal numbers, powers of two and their neighbours, the largest numbers, infinities and NaN, in both signs.
+/// Zeros, subnormal numbers, powers of two and their neighbours, the largest numbers, infinities and NaN, in both
+/// signs.
 template <class T> std::vector<T> special_numbers() {
   using limits = std::numeric_limits<T>;
   std::vector<T> all;

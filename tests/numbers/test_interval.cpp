@@ -39,8 +39,8 @@ template <class T> interval<T> random_interval(word_source<T>& random, int low, 
 /// How many numbers lie between a and b, counted up to 2; 0 where a >= b.
 template <class T> int numbers_between(T a, T b) { return !(a < b) ? 0 : next_up(a) == b ? 1 : 2; }
 
-/// The exact results of an operation at the ends of its operands, rounded down and up to T at once: the narrowest interval
-/// that holds them.
+/// The exact results of an operation at the ends of its operands, rounded down and up to T at once: the narrowest
+/// interval that holds them.
 template <class T> class enclosure {
  public:
   /// `result` sets its first argument to the result, rounded in the direction of its second.
@@ -62,8 +62,8 @@ template <class T> class enclosure {
   reference x_{std::numeric_limits<T>::digits};
 };
 
-/// Holds `operation` to the enclosure of `exact` over all ends of random operands: it holds that, and where `is_tight` says so
-/// of the enclosure and the operands it is the same.
+/// Holds `operation` to the enclosure of `exact` over all ends of random operands: it holds that, and where `is_tight`
+/// says so of the enclosure and the operands it is the same.
 template <class T, std::size_t N, class Operands, class Operation, class Exact, class Tight>
 void check_enclosure(unsigned seed, Operands const& operands, Operation const& operation, Exact const& exact,
                      Tight const& is_tight) {
@@ -297,8 +297,8 @@ template <class T> bool is_infinite_number(interval<T> a) {
   return a.lo == a.hi && std::abs(a.lo) > std::numeric_limits<T>::max();
 }
 
-/// `got` holds what MPFR makes of the ends; it is the whole line where that is nothing, and else no end is wider by more than
-/// one number, unless an operand is infinity itself.
+/// `got` holds what MPFR makes of the ends; it is the whole line where that is nothing, and else no end is wider by
+/// more than one number, unless an operand is infinity itself.
 template <class T, class Exact>
 void check_special(interval<T> got, interval<T> a, interval<T> b, reference& x, reference& y, Exact const& exact) {
   enclosure<T> wanted;

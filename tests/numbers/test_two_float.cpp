@@ -85,8 +85,8 @@ template <class T> class error_meter {
 
 /// The worst error of `operation` over random operands.
 ///
-/// `operands` gives arrays of N numbers, `exact` sets its first argument to the result of the others. `reached` is an error
-/// that operands must provoke to be worth their name.
+/// `operands` gives arrays of N numbers, `exact` sets its first argument to the result of the others. `reached` is an
+/// error that operands must provoke to be worth their name.
 template <class T, std::size_t N, class Operands, class Operation, class Exact>
 void check_bound(double bound, double reached, unsigned seed, Operands const& operands, Operation const& operation,
                  Exact const& exact) {
@@ -215,8 +215,8 @@ template <class T> std::vector<two_float<T>> special_pairs() {
   return all;
 }
 
-/// What any result of any operands must be: MPFR's NaN, infinity or zero, signs included; the bound where it holds; else as
-/// good as T's own.
+/// What any result of any operands must be: MPFR's NaN, infinity or zero, signs included; the bound where it holds;
+/// else as good as T's own.
 template <class T> void check_special(two_float<T> got, mpfr_ptr exact, double bound, bool bounded) {
   using limits = std::numeric_limits<T>;
   REQUIRE(is_normalised(got));

@@ -2,13 +2,13 @@
 #pragma once
 
 /// \file
-/// Operations rounded down or up, by operations rounded to nearest: the sign of what rounding took says whether the result is
-/// to be moved by one number. The rounding mode, which compilers ignore and devices lack, stays what it is.
+/// Operations rounded down or up, by operations rounded to nearest: the sign of what rounding took says whether the
+/// result is to be moved by one number. The rounding mode, which compilers ignore and devices lack, stays what it is.
 ///
-/// Results are the nearest numbers on their side, but may be the next one where an exact product, dividend or radicand below
-/// `detail::least_exact` in size makes that sign uncertain. Infinite operands are bounds of unbounded sets: their products with 0
-/// are 0, finite numbers divided by them are 0, and inf - inf and inf / inf are -inf rounded down, inf rounded up. What
-/// overflows is max() on the side of 0.
+/// Results are the nearest numbers on their side, but may be the next one where an exact product, dividend or radicand
+/// below `detail::least_exact` in size makes that sign uncertain. Infinite operands are bounds of unbounded sets: their
+/// products with 0 are 0, finite numbers divided by them are 0, and inf - inf and inf / inf are -inf rounded down, inf
+/// rounded up. What overflows is max() on the side of 0.
 /// \note Rump, Ogita, Oishi & Boldo, "Interval operations in rounding to nearest", BIT 49, 2009, moves always.
 
 #include <patchrt/numbers/error_free.hpp>
@@ -105,8 +105,8 @@ template <std::floating_point T> PATCHRT_INLINE T sqrt_down(T a) {
   return detail::lowered(s, detail::least_exact<T> <= a ? rest < 0 : rest <= 0);
 }
 /// a b + c rounded down, once.
-/// \note The error is that of Boldo & Muller, "Exact and approximated error of the FMA", IEEE TC 60(2), 2011, ErrFmaNearest,
-///       of which the sign is enough.
+/// \note The error is that of Boldo & Muller, "Exact and approximated error of the FMA", IEEE TC 60(2), 2011,
+///       ErrFmaNearest, of which the sign is enough.
 template <std::floating_point T> PATCHRT_INLINE T fma_down(T a, T b, T c) {
   T const r = fma(a, b, c);
   auto const p = two_prod(a, b);

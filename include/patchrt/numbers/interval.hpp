@@ -10,16 +10,17 @@
 
 namespace patchrt {
 
-/// The real numbers lo <= x <= hi: every operation gives an interval that holds the exact result for all x of its operands.
+/// The real numbers lo <= x <= hi: every operation gives an interval that holds the exact result for all x of its
+/// operands.
 ///
-/// Ends are rounded outward, only where they are inexact and by one number at most (`directed.hpp` says where that cannot be
-/// told). No end is ever NaN: NaN, and operations without a result (inf - inf, 0 inf, division by an interval that holds 0,
-/// the square root of an interval below 0), give the whole line, which every test of certainty fails. An infinite end is a
-/// bound of an unbounded set; [inf, inf] is what T(infinity) is, more than any number. Empty where lo > hi, which only
-/// `intersection` gives and no operation takes.
+/// Ends are rounded outward, only where they are inexact and by one number at most (`directed.hpp` says where that
+/// cannot be told). No end is ever NaN: NaN, and operations without a result (inf - inf, 0 inf, division by an interval
+/// that holds 0, the square root of an interval below 0), give the whole line, which every test of certainty fails. An
+/// infinite end is a bound of an unbounded set; [inf, inf] is what T(infinity) is, more than any number. Empty where
+/// lo > hi, which only `intersection` gives and no operation takes.
 ///
-/// Comparisons are certain: true only where they are for all pairs, so that `!(a < b)` says that a >= b is possible, and both
-/// a < b and b <= a may be false. `possibly_less` and its like say what may be.
+/// Comparisons are certain: true only where they are for all pairs, so that `!(a < b)` says that a >= b is possible,
+/// and both a < b and b <= a may be false. `possibly_less` and its like say what may be.
 template <std::floating_point T> struct interval {
   T lo;
   T hi;
@@ -135,8 +136,8 @@ template <std::floating_point T> struct interval {
     return a.lo < -most ? -most : a.hi > most ? most : abs(sum) <= most ? T(0.5) * sum : T(0.5) * l + T(0.5) * h;
   }
 
-  /// a b - c d with the least and the greatest of each product, the four of them exact and summed before they are rounded: of
-  /// single numbers, which may cancel, to two ulps of the result and u^2 of the products.
+  /// a b - c d with the least and the greatest of each product, the four of them exact and summed before they are
+  /// rounded: of single numbers, which may cancel, to two ulps of the result and u^2 of the products.
   /// \note Kahan's form would take the same product twice, as if they were two.
   PATCHRT_HD friend interval difference_of_products(interval a, interval b, interval c, interval d) {
     auto const p = products(a, b), q = products(c, d);
@@ -189,8 +190,8 @@ template <std::floating_point T> struct interval {
   }
 };
 
-/// One lane, which is the interval itself. `T(lane_t<T>(0.5))` is a half; of a constant that T cannot hold, `T(L(0.1))` with
-/// T = interval<float> holds the double 0.1.
+/// One lane, which is the interval itself. `T(lane_t<T>(0.5))` is a half; of a constant that T cannot hold, `T(L(0.1))`
+/// with T = interval<float> holds the double 0.1.
 template <std::floating_point T> struct scalar_traits<interval<T>> {
   using lane = interval<T>;
   using mask = bool;

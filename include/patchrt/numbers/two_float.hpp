@@ -2,8 +2,8 @@
 #pragma once
 
 /// \file
-/// Double-word arithmetic: twice the digits of float or double from their own operations, every operation with a proven bound
-/// on its relative error.
+/// Double-word arithmetic: twice the digits of float or double from their own operations, every operation with a proven
+/// bound on its relative error.
 ///
 /// With u = epsilon / 2 of the words (2^-24, 2^-53):
 ///
@@ -14,14 +14,15 @@
 ///     sqrt        SQRTDWtoDW       [3, algorithm 8]               25/8 u^2              [3]
 ///     fma         the first two, exact where they would cancel    12 u^2                below
 ///
-/// [1] Joldes, Muller & Popescu, "Tight and rigorous error bounds for basic building blocks of double-word arithmetic", ACM
-/// TOMS 44(2), 2017; [2] Muller & Rideau, "Formalization of double-word arithmetic, and comments on [1]", ACM TOMS 48(1),
-/// 2022, where all bounds of [1] are proven in Coq, or corrected; [3] Lefevre, Louvet, Muller, Picot & Rideau, "Accurate
-/// calculation of Euclidean norms using double-word arithmetic", ACM TOMS 49(1), 2023.
+/// [1] Joldes, Muller & Popescu, "Tight and rigorous error bounds for basic building blocks of double-word arithmetic",
+/// ACM TOMS 44(2), 2017; [2] Muller & Rideau, "Formalization of double-word arithmetic, and comments on [1]", ACM TOMS
+/// 48(1), 2022, where all bounds of [1] are proven in Coq, or corrected; [3] Lefevre, Louvet, Muller, Picot & Rideau,
+/// "Accurate calculation of Euclidean norms using double-word arithmetic", ACM TOMS 49(1), 2023.
 ///
-/// The bounds hold for sums and differences of all numbers up to max() / 2 in size; for products, quotients and roots where
-/// neither they nor a dividend or radicand are below `std::numeric_limits<two_float<T>>::min()` (min() / u^2 of the words) and
-/// dividends are at most max() / 2. Below and above, results are as good as T's own, give or take some denorm_min().
+/// The bounds hold for sums and differences of all numbers up to max() / 2 in size; for products, quotients and roots
+/// where neither they nor a dividend or radicand are below `std::numeric_limits<two_float<T>>::min()` (min() / u^2 of
+/// the words) and dividends are at most max() / 2. Below and above, results are as good as T's own, give or take some
+/// denorm_min().
 
 #include <patchrt/numbers/error_free.hpp>
 
@@ -34,9 +35,9 @@ namespace patchrt {
 
 /// The unevaluated sum hi + lo, with hi the number nearest to it, which makes the pair unique.
 ///
-/// Infinities and NaN have lo = 0 and come out of operations as they do from T's: inf + 1 is inf, inf - inf is NaN, 1 / 0 is
-/// inf. Zeros keep their sign. What overflows becomes an infinity, and so may what is within 3 u of the
-/// largest number.
+/// Infinities and NaN have lo = 0 and come out of operations as they do from T's: inf + 1 is inf, inf - inf is NaN,
+/// 1 / 0 is inf. Zeros keep their sign. What overflows becomes an infinity, and so may what is within 3 u of the largest
+/// number.
 template <std::floating_point T> struct two_float {
   T hi;
   T lo;
@@ -112,11 +113,11 @@ template <std::floating_point T> struct two_float {
     return {z.value, z.error};
   }
 
-  /// a b + c to 12 u^2, however much of it cancels: so `difference_of_products` errs by 15 u^2 |a b - c d| + 96 u^4 |c d| and
-  /// terms of u^3 |a b - c d| at most.
+  /// a b + c to 12 u^2, however much of it cancels: so `difference_of_products` errs by 15 u^2 |a b - c d| + 96 u^4
+  /// |c d| and terms of u^3 |a b - c d| at most.
   ///
-  /// Where the sum s is at least half the product p in size, their own bounds make 3 u^2 |s| + 4 u^2 |p| <= 11 u^2 |s| and
-  /// terms of u^3; else the ten words of the exact sum are added with more care, or without error.
+  /// Where the sum s is at least half the product p in size, their own bounds make 3 u^2 |s| + 4 u^2 |p| <= 11 u^2 |s|
+  /// and terms of u^3; else the ten words of the exact sum are added with more care, or without error.
   /// \pre |a b + c| >= min() of two_float<T>, no overflow.
   PATCHRT_HD friend two_float fma(two_float a, two_float b, two_float c) {
     two_float const p = a * b;
@@ -147,8 +148,8 @@ template <std::floating_point T> struct two_float {
   PATCHRT_INLINE static bool is_plain(T x) { return x != 0 && detail::is_finite(x); }
   PATCHRT_INLINE static bool is_negative(two_float a) { return copysign(T(1), a.hi) < 0; }
 
-  /// z where it is a number other than 0; else the infinity that the last sum ran into, or what the high words alone give: a
-  /// zero with its sign, an infinity, NaN.
+  /// z where it is a number other than 0; else the infinity that the last sum ran into, or what the high words alone
+  /// give: a zero with its sign, an infinity, NaN.
   PATCHRT_INLINE static two_float settled(error_free<T> z, T leading) {
     if (is_plain(z.value)) return {z.value, z.error};
     return abs(z.value) == std::numeric_limits<T>::infinity() ? z.value : leading;
@@ -162,13 +163,14 @@ template <std::floating_point T> struct two_float {
 
   /// a b + c, where |a b + c| < |a b| / 2, from the exact sum of ten words.
   ///
-  /// First without the roundings of words of the size u^2 |a b|, which come to u^2 |a b + c| + 128 u^3 |a b| at most: seven sums
-  /// of words whose sizes add up to 18 u^2 |a b|, and the error of a.lo b.lo. Where 16 u |a b| or more is left, that is 9 u^2.
+  /// First without the roundings of words of the size u^2 |a b|, which come to u^2 |a b + c| + 128 u^3 |a b| at most:
+  /// seven sums of words whose sizes add up to 18 u^2 |a b|, and the error of a.lo b.lo. Where 16 u |a b| or more is
+  /// left, that is 9 u^2.
   ///
   /// Else the words are added one by one to an expansion whose words do not touch, small ones first, without error:
-  /// GROW-EXPANSION of Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", Discrete &
-  /// Computational Geometry 18, 1997, theorem 10. Such words summed from the smallest give their sum to 3 u. That is done
-  /// twice, the second time with the first sum taken away: 9 u^2 in all.
+  /// GROW-EXPANSION of Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
+  /// Discrete & Computational Geometry 18, 1997, theorem 10. Such words summed from the smallest give their sum to 3 u.
+  /// That is done twice, the second time with the first sum taken away: 9 u^2 in all.
   PATCHRT_OUTLINE static two_float cancelling_fma(two_float a, two_float b, two_float c) {
     constexpr int words = 10;
     auto const p = two_prod(a.lo, b.lo), q = two_prod(a.hi, b.lo), r = two_prod(a.lo, b.hi), s = two_prod(a.hi, b.hi);
@@ -202,8 +204,8 @@ template <std::floating_point T> struct two_float {
   }
 };
 
-/// One lane, which is the number itself: lanes that are stored keep both words, and kernels that take epsilon of the lane for
-/// their tolerances take two_float's. `T(lane_t<T>(0.5))` is a half.
+/// One lane, which is the number itself: lanes that are stored keep both words, and kernels that take epsilon of the
+/// lane for their tolerances take two_float's. `T(lane_t<T>(0.5))` is a half.
 template <std::floating_point T> struct scalar_traits<two_float<T>> {
   using lane = two_float<T>;
   using mask = bool;
