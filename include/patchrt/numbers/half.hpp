@@ -59,7 +59,7 @@ PATCHRT_INLINE constexpr float half_to_float(std::uint16_t h) {
 /// - |a / b - m| = |a - m b| / |b|, and m b has at most 23 bits: unless zero this is more than 2^-23 m (2^-11 m where
 ///   the last place of a is below that of m b); float's error is at most 2^-24 m.
 /// - sqrt(a) with 2^e the last place of m in 12 bits: a and m^2 are multiples of 2^(2 e), so that
-///   |sqrt(a) - m| = |a - m^2| / (sqrt(a) + m) > 2^(2 e) / 2^(e + 13) = 2^(e - 13), which float's error does not exceed.
+///   |sqrt(a) - m| = |a - m^2| / (sqrt(a) + m) > 2^(2 e) / 2^(e + 13) = 2^(e - 13), float's largest error.
 /// \note Figueroa, "When is double rounding innocuous?", SIGNUM Newsletter 30(3), 1995: p >= 2 q + 2 digits suffice for
 ///       normal results, here 24 = 2 * 11 + 2; the above includes subnormal ones.
 class half {
