@@ -141,3 +141,28 @@ TEMPLATE_TEST_CASE("a restricted pair and its values are within the bound on rou
   CHECK(worst_value <= 1.5);
   CHECK(worst_value > 0.05);
 }
+
+TEMPLATE_TEST_CASE("one root is not proved where an error as small as allowed makes it three", "", float, double) {
+  using T = TestType;
+  // f = 4 (u - 1/2), wrong by 1 at most: with Chebyshev's T_3(2 u - 1) it is 4 y^3 - y, y = 2 u - 1.
+  bernstein_pair<T> p;
+  for (int i = 0; i <= 3; ++i) {
+    for (int j = 0; j <= 3; ++j) {
+      p.f[4 * i + j] = T(4 * i - 6) / 3;
+      p.g[4 * i + j] = T(2 * j - 3) / 6;
+    }
+  }
+  p.error_f = 1 + std::numeric_limits<T>::epsilon() * 8;
+  p.error_g = std::numeric_limits<T>::epsilon();
+  CHECK_FALSE(detail::has_exactly_one(detail::examine(detail::scaled(p), {0, 1, 0, 1})));
+  auto const found = isolate(p);
+  for (double u : {0.25, 0.5, 0.75}) {
+    int simple = 0, other = 0;
+    for (int k = 0; k < found.count; ++k) {
+      if (holds(found.roots[k], u, 0.5)) ++(found.roots[k].kind == root_kind::simple ? simple : other);
+    }
+    CAPTURE(u, found.count);
+    CHECK(simple == 0);
+    CHECK(other == 1);
+  }
+}
