@@ -155,6 +155,7 @@ class front {
     report_.hierarchy_bytes = hierarchy_.hierarchy_bytes();
     add_level<accuracy::fast>("fast", seconds);
     add_level<accuracy::refined>("refined", seconds);
+    add_level<accuracy::certified>("certified", seconds);
     add_level<accuracy::reference>("reference", seconds);
     options.depth = 6;
     report_.depth_6_build_seconds = build_seconds(options);

@@ -24,6 +24,8 @@ void trace_with(accuracy level, mixed_hierarchy_view const& hierarchy, bool any,
       return trace_at<accuracy::fast>(hierarchy, any, rays, hits, exec, counts);
     case accuracy::refined:
       return trace_at<accuracy::refined>(hierarchy, any, rays, hits, exec, counts);
+    case accuracy::certified:
+      return trace_at<accuracy::certified>(hierarchy, any, rays, hits, exec, counts);
     case accuracy::reference:
       return trace_at<accuracy::reference>(hierarchy, any, rays, hits, exec, counts);
   }
@@ -37,6 +39,8 @@ std::string_view name_of(accuracy level) {
       return "fast";
     case accuracy::refined:
       return "refined";
+    case accuracy::certified:
+      return "certified";
     case accuracy::reference:
       return "reference";
   }

@@ -15,7 +15,8 @@
 
 namespace patchrt::examples {
 
-inline constexpr std::array<accuracy, 3> accuracy_levels = {accuracy::fast, accuracy::refined, accuracy::reference};
+inline constexpr std::array<accuracy, 4> accuracy_levels = {accuracy::fast, accuracy::refined, accuracy::certified,
+                                                            accuracy::reference};
 
 /// The level's name on the command line.
 std::string_view name_of(accuracy level);

@@ -5,8 +5,10 @@
 /// All of patchrt that needs no optional package.
 
 #include <patchrt/accel/bvh.hpp>
+#include <patchrt/accel/certify_cell.hpp>
 #include <patchrt/accel/hierarchy_search.hpp>
 #include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/accel/part_list.hpp>
 #include <patchrt/accel/patch_search.hpp>
 #include <patchrt/accel/refit.hpp>
 #include <patchrt/accel/sah_split.hpp>
@@ -20,10 +22,16 @@
 #include <patchrt/core/vec.hpp>
 #include <patchrt/exec/executor.hpp>
 #include <patchrt/exec/serial.hpp>
+#include <patchrt/intersect/correct_root.hpp>
 #include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/intersect/ray_patch.hpp>
+#include <patchrt/intersect/reference_root.hpp>
+#include <patchrt/numbers/directed.hpp>
+#include <patchrt/numbers/error_free.hpp>
 #include <patchrt/numbers/fixed.hpp>
 #include <patchrt/numbers/half.hpp>
+#include <patchrt/numbers/interval.hpp>
+#include <patchrt/numbers/two_float.hpp>
 #include <patchrt/roots/bernstein_pair.hpp>
 #include <patchrt/roots/bernstein_part.hpp>
 #include <patchrt/roots/enclosure.hpp>
@@ -34,10 +42,15 @@
 #include <patchrt/roots/parameter_box.hpp>
 #include <patchrt/roots/refine_root.hpp>
 #include <patchrt/roots/root_clusters.hpp>
+#include <patchrt/shapes/bezier_elevate.hpp>
 #include <patchrt/shapes/bezier_normal.hpp>
 #include <patchrt/shapes/bezier_patch.hpp>
 #include <patchrt/shapes/bezier_split.hpp>
 #include <patchrt/shapes/power_patch.hpp>
+#include <patchrt/shapes/rational_normal.hpp>
+#include <patchrt/shapes/rational_patch.hpp>
+#include <patchrt/shapes/rational_split.hpp>
+#include <patchrt/shapes/revolution_patches.hpp>
 
 #if !defined(__CUDACC__)
 #  include <patchrt/accel/build_mixed_hierarchy.hpp>
@@ -45,4 +58,5 @@
 #  include <patchrt/accel/build_subpatch_tree.hpp>
 #  include <patchrt/accel/cull_back_faces.hpp>
 #  include <patchrt/accel/subpatch_bounds.hpp>
+#  include <patchrt/shapes/nurbs.hpp>
 #endif

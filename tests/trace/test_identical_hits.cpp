@@ -35,14 +35,14 @@ template <accuracy A> patch_hit one_hit(mixed_hierarchy_view const& h, ray<doubl
   ray<S> const in{vec3<S>(r.origin), vec3<S>(r.direction), S(r.t_min), S(r.t_max)};
   auto const hit = intersect<A, false, float>(h, in, true);
   if (!hit.valid) return {};
-  return {hit.t, hit.u, hit.v, float(hit.error), std::bit_cast<std::int32_t>(hit.patch_bits)};
+  return {hit.t, hit.u, hit.v, trace::detail::round_up(hit.error), std::bit_cast<std::int32_t>(hit.patch_bits)};
 }
 
 template <accuracy A, int N> std::vector<patch_hit> hits_by_packs(mixed_hierarchy_view const& h, ray_list const& rays) {
   std::vector<patch_hit> hits(rays.size());
   std::size_t i = 0;
   for (; i + N <= rays.size(); i += N)
-    trace::detail::fused_pack<A, false, N>(h, rays.data() + i, hits.data() + i, (1u << N) - 1u, nullptr);
+    trace::detail::fused_pack<A, false, N>(h, rays.data() + i, hits.data() + i, nullptr, (1u << N) - 1u, nullptr);
   hits.resize(i);
   return hits;
 }
@@ -112,6 +112,7 @@ template <accuracy A> void check_scene(patch_list const& scene, unsigned seed) {
 
 void check_all(patch_list const& scene, unsigned seed) {
   check_scene<accuracy::refined>(scene, seed);
+  check_scene<accuracy::certified>(scene, seed);
   check_scene<accuracy::fast>(scene, seed);
   check_scene<accuracy::reference>(scene, seed);
 }

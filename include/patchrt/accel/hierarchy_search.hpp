@@ -36,7 +36,10 @@ template <accuracy A, scalar T> class hierarchy_search {
   /// The nearest hits, or any where `AnyHit`.
   template <bool AnyHit> PATCHRT_INLINE lane_hit<S, T> const& run(hierarchy_counts* counts) {
     state_.counts = counts;
+    state_.hit.tangent = state_.hit.degenerate = state_.active && !state_.active;
     if (!any_of(state_.active)) return state_.hit;
+    if constexpr (A == accuracy::certified)
+      state_.touches_from = state_.doubt_from = T(std::numeric_limits<float>::infinity());
     unsigned const octant = common_octant();
     T nearest = convert<T>(state_.nearest);
     T entry;
@@ -59,6 +62,11 @@ template <accuracy A, scalar T> class hierarchy_search {
             return false;
           }
         });
+    if constexpr (A == accuracy::certified) {
+      T const end = min(convert<T>(state_.nearest), T(std::numeric_limits<float>::max()));
+      state_.hit.tangent = state_.touches_from <= end;
+      state_.hit.degenerate = state_.doubt_from <= end;
+    }
     return state_.hit;
   }
 

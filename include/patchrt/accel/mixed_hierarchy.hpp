@@ -27,6 +27,7 @@ struct exact_patch {
   vec3<double> search_base;     ///< the same point in search space
   double size;                  ///< the largest |coordinate| of `patch`
   double rounding;              ///< bounds what rounding does to a point of `power`
+  double slope, bend;  ///< bound |S_x| + |S_y| and |S_xx| + 2 |S_xy| + |S_yy|, each coordinate, in search space
   edge_gaps gaps;
 };
 

@@ -4,7 +4,9 @@
 /// \file
 /// Rays in one patch of a mixed hierarchy: its sub-patch boxes, the cells that may have a root, and the roots.
 
+#include <patchrt/accel/certify_cell.hpp>
 #include <patchrt/accel/mixed_hierarchy.hpp>
+#include <patchrt/accel/part_list.hpp>
 #include <patchrt/intersect/correct_root.hpp>
 #include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/intersect/reference_root.hpp>
@@ -20,7 +22,8 @@ namespace patchrt {
 /// How exactly a hit is known, and at what price (docs/PERFORMANCE.md has the measured ones).
 enum class accuracy {
   fast,       ///< float throughout: rays and scenes within float's range
-  refined,    ///< float search, then `correct` in double on the control points
+  refined,    ///< float search, then a correction in double
+  certified,  ///< refined, and proved: each root exists, no other was missed; what cannot be proved is said to be so
   reference,  ///< the paper's: float traversal, Newton's iteration in double from the middle of each leaf sub-patch
 };
 
@@ -36,11 +39,19 @@ struct hierarchy_counts {
       0;  ///< evaluations of the two plane functions for one ray, also those that exclude cells
 };
 
+/// What is proved of a ray's answer.
+enum class certainty : std::uint8_t {
+  certified,  ///< the hit is a root, and no root is nearer; or there is none
+  tangent,  ///< but for a place, at the hit or before it, where the ray touches a patch within rounding: two roots, one or none
+  degenerate  ///< but for a place where ray and patch cannot be told apart, or where the proof was given up
+};
+
 /// The nearest hits so far of one ray, or of one ray a lane.
 template <scalar S, scalar T> struct lane_hit {
   S t, u, v, error;
   T patch_bits;  ///< the patch's index, its bits in a float: moved by `select`, never computed with
   mask_t<S> valid;
+  mask_t<T> tangent, degenerate;  ///< `certified` alone: see `certainty`
 };
 
 namespace detail {
@@ -63,66 +74,13 @@ template <accuracy A, scalar T> struct search_state {
   mask_t<T> active;
   lane_hit<S, T> hit;
   S nearest;  // hit.t in search space
+  T touches_from,
+      doubt_from;  // `certified` alone: the nearest t in search space of places that are tangent, and degenerate
   hierarchy_counts* counts = nullptr;
 
   PATCHRT_INLINE explicit search_state(mixed_hierarchy_view const& h) : hierarchy(h) {}
 
   PATCHRT_INLINE static unsigned lanes_on(mask_t<T> m) { return static_cast<unsigned>(std::popcount(mask_bits(m))); }
-};
-
-/// A rectangle of the parameter square, another for each lane.
-template <scalar T> struct patch_part {
-  T x, y, half_x, half_y;
-  mask_t<T> lanes;
-};
-
-/// The place of the lowest bit that is set.
-PATCHRT_INLINE int lowest_bit(unsigned bits) { return std::popcount((bits & (0u - bits)) - 1u); }
-
-/// Parts of cells, all of one size, of N lanes' rays.
-template <int N> struct part_list {
-  static constexpr int most_parts = 16;  // that a lane may have and still get quarters of them
-  static constexpr int capacity = 4 * most_parts * N + N;
-  static constexpr float unit = 0x1p-6f;
-  using coordinate = std::conditional_t<N == 1, std::int8_t, float>;  // a lone ray is frugal, a pack loads vectors
-  using lane_number = std::conditional_t<N == 1, std::int8_t, std::int32_t>;
-
-  int size;
-  int of_lane[N];  // how many
-  lane_number lane[capacity];
-  coordinate x[capacity], y[capacity];  // the middles: units of the cell's half widths about its own middle
-
-  PATCHRT_INLINE void clear() {
-    size = 0;
-    for (int l = 0; l < N; ++l) of_lane[l] = 0;
-  }
-  /// The quarters, `half` units in half width, of the part in the middle of which they meet.
-  PATCHRT_INLINE void add_quarters(int l, coordinate middle_x, coordinate middle_y, int half) {
-    for (int k = 0; k < 4; ++k) {
-      lane[size + k] = static_cast<lane_number>(l);
-      x[size + k] = static_cast<coordinate>(middle_x + static_cast<coordinate>(k & 1 ? half : -half));
-      y[size + k] = static_cast<coordinate>(middle_y + static_cast<coordinate>(k & 2 ? half : -half));
-    }
-    size += 4;
-    of_lane[l] += 4;
-  }
-  /// Makes what is behind the last part harmless to load.
-  PATCHRT_INLINE void pad() {
-    for (int i = 0; i < N; ++i) {
-      lane[size + i] = 0;
-      x[size + i] = y[size + i] = 0;
-    }
-  }
-  /// N numbers at `from` as a T, in units of 1.
-  template <scalar T> PATCHRT_INLINE static T load(coordinate const* from) {
-    if constexpr (N == 1) {
-      return T(float(*from) * unit);
-    } else {
-      T at;
-      load_lanes(from, at);
-      return at * T(unit);
-    }
-  }
 };
 
 /// The rays of `state` in one patch.
@@ -175,7 +133,7 @@ template <accuracy A, scalar T> class patch_search {
           return any_of(cell_lanes_);
         },
         [&](std::uint32_t k, std::uint32_t index) PATCHRT_INLINE_LAMBDA {
-          if (!is_projected) projected_ = project(search_.power, reach(), origin_, state_.n1, state_.n2);
+          if (!is_projected) make_projected();
           is_projected = true;
           visit_leaf(k, state_.hierarchy.leaves[tree.first_leaf + index]);
         });
@@ -187,6 +145,14 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_INLINE vec3<float> reach() const {
     constexpr float ray = A == accuracy::fast ? 0.125f : 0.0f;
     return sum(search_.reach, vec3<float>(ray, ray, ray));
+  }
+
+  PATCHRT_INLINE void make_projected() {
+    projected_ = project(search_.power, reach(), origin_, state_.n1, state_.n2);
+    if constexpr (A == accuracy::certified) {  // room for what rounding does to derivatives
+      projected_.rounding_f = T(2) * projected_.rounding_f;
+      projected_.rounding_g = T(2) * projected_.rounding_g;
+    }
   }
 
   /// Cells that may have a root, one a lane.
@@ -226,7 +192,15 @@ template <accuracy A, scalar T> class patch_search {
 
   PATCHRT_OUTLINE void add_parts(TM folded, patch_cell<T> const& c) {
     subdivide<false>({c.x, c.y, c.half_x, c.half_y, folded},
-                     [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) { add(lanes, single, x, y, p); });
+                     [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) {
+                       TM on = lanes;
+                       if constexpr (A == accuracy::certified) {
+                         on = lanes && single;
+                         isolate_roots(lanes && !single, p, cell_entry_);
+                         if (!any_of(on)) return;
+                       }
+                       add(on, single, x, y, p);
+                     });
   }
 
   /// Puts cells off until Newton's iteration can run with as many lanes as possible.
@@ -245,9 +219,9 @@ template <accuracy A, scalar T> class patch_search {
   }
 
   /// Quarters cells, another in each lane, until their parts are seen to have no root, or one, and gives these to
-  /// `sink(lanes, single, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the sixth level are given as they
+  /// `sink(lanes, proved, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the sixth level are given as they
   /// are, and so is what is left of a level where a lane has more than `most_parts`: a patch that is a line or a point has no
-  /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail.
+  /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail: that is what is `proved` then.
   ///
   /// Goes level by level, as many parts at a time as T has lanes, whosever they are: few rays meet a fold, but each has several
   /// parts.
@@ -284,7 +258,7 @@ template <accuracy A, scalar T> class patch_search {
           if (half == 1 || level->of_lane[lane[i]] > list::most_parts) whole |= 1u << i;
           else next->add_quarters(lane[i], level->x[first + i], level->y[first + i], half / 2);
         }
-        if (whole != 0) give_whole(whole, lane, v, part, sink);
+        if (whole != 0) give_whole(whole, mask_bits(Thorough ? v.convergent : v.at_most_one), lane, v, part, sink);
       }
       level = next;
     }
@@ -292,30 +266,29 @@ template <accuracy A, scalar T> class patch_search {
 
   /// Gives the parts in `whole` to `sink` in the lanes that they are of, one a lane at a time.
   template <class Sink>
-  PATCHRT_INLINE void give_whole(unsigned whole, std::int32_t const* lane, cell_verdict<T> const& v,
+  PATCHRT_INLINE void give_whole(unsigned whole, unsigned proved, std::int32_t const* lane, cell_verdict<T> const& v,
                                  patch_part<T> const& part, Sink&& sink) {
-    unsigned const single = mask_bits(v.at_most_one);
     while (whole != 0) {
-      unsigned lanes = 0, singles = 0;
+      unsigned lanes = 0, proofs = 0;
       std::int32_t from[lanes_v<T>] = {};
       for (unsigned rest = whole; rest != 0; rest &= rest - 1) {
         int const i = lowest_bit(rest);
         unsigned const bit = 1u << lane[i];
         if ((lanes & bit) != 0) continue;
         lanes |= bit;
-        if ((single >> i & 1u) != 0) singles |= bit;
+        if ((proved >> i & 1u) != 0) proofs |= bit;
         from[lane[i]] = i;
         whole &= ~(1u << i);
       }
       TM const on = convert<TM>(lanes);
-      sink(on, convert<TM>(singles), permute(v.x, from), permute(v.y, from),
+      sink(on, convert<TM>(proofs), permute(v.x, from), permute(v.y, from),
            patch_part<T>{permute(part.x, from), permute(part.y, from), permute(part.half_x, from),
                          permute(part.half_y, from), on});
     }
   }
 
   PATCHRT_OUTLINE void solve_waiting() {
-    TM const astray = solve(waiting_);
+    TM const astray = solve(waiting_).astray;
     if (any_of(astray)) search_again(astray);
     nearest_ = convert<T>(state_.nearest - start_);
     waiting_.lanes = lanes_ && !lanes_;
@@ -325,18 +298,33 @@ template <accuracy A, scalar T> class patch_search {
   PATCHRT_OUTLINE void search_again(TM astray) {
     auto const& w = waiting_;
     subdivide<true>({w.cell_x, w.cell_y, w.half_x, w.half_y, astray},
-                    [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) {
-                      (void)solve(cell_batch{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, single, lanes});
+                    [&](TM lanes, TM proved, T x, T y, patch_part<T> const& p) {
+                      cell_batch part{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, proved, lanes};
+                      if constexpr (A == accuracy::certified) {
+                        part.lanes = lanes && proved;
+                        TM unfinished = lanes && !proved;
+                        if (any_of(part.lanes)) unfinished = unfinished || solve(part).unfinished;
+                        isolate_roots(unfinished, p, w.entry);
+                      } else {
+                        (void)solve(part);
+                      }
                     });
   }
 
-  /// Hits from the roots of a batch of cells. Gives the lanes of single cells whose iteration ended neither in its cell nor next
-  /// to it.
-  PATCHRT_OUTLINE TM solve(cell_batch const& w) {
+  /// Lanes whose roots `solve` has not settled.
+  struct solve_outcome {
+    TM astray;      ///< the cell has one root at most, but the iteration ended elsewhere, or nowhere
+    TM unfinished;  ///< it ended nowhere
+  };
+
+  /// Hits from the roots of a batch of cells. For `certified` an iteration has gone astray where it ended outside its cell, else
+  /// where it did not even end next to it.
+  PATCHRT_OUTLINE solve_outcome solve(cell_batch const& w) {
     if (state_.counts) state_.counts->candidates += state_.lanes_on(w.lanes);
     if constexpr (A == accuracy::reference) {
       solve_as_reference(w);
-      return w.lanes && !w.lanes;
+      TM const none = w.lanes && !w.lanes;
+      return {none, none};
     } else {
       newton_result<T> const n = newton(projected_, w.x, w.y, T(2) * w.half_x, T(2) * w.half_y, w.lanes, 0x1p-10f, 10);
       if (state_.counts) state_.counts->newton_steps += unsigned(n.steps) * state_.lanes_on(w.lanes);
@@ -344,7 +332,9 @@ template <accuracy A, scalar T> class patch_search {
       T const spare(0x1p-10f);
       TM const inside = n.converged && dx <= w.half_x + spare && dy <= w.half_y + spare;
       if (any_of(inside)) finish(w, n, inside);
-      return w.lanes && w.single && !(n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y);
+      TM nearby = inside;
+      if constexpr (A != accuracy::certified) nearby = n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y;
+      return {w.lanes && w.single && !nearby, w.lanes && !n.converged};
     }
   }
 
@@ -382,19 +372,26 @@ template <accuracy A, scalar T> class patch_search {
       if (!any_of(inside)) return;
       chord_rows<T> const rows = make_chord_rows(p, state_.direction);
       patch_root<S> root;
-      correct_parts(x, y, rows, inside, root);
+      SM const proved = correct_parts(x, y, rows, inside, root);
+      if constexpr (A == accuracy::certified) {
+        root.valid = root.valid && proved;
+        root.error = S(2) * root.error;
+        isolate_roots(inside && !convert<TM>(proved), {w.cell_x, w.cell_y, w.half_x, w.half_y, inside}, w.entry);
+      }
       root.t = root.t * state_.per_scaled;
       keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
     }
   }
 
-  /// Corrects the roots (x, y) of the lanes in `inside`, a register's lanes at a time.
-  PATCHRT_INLINE void correct_parts(T x, T y, chord_rows<T> const& rows, TM inside, patch_root<S>& root) {
+  /// Corrects the roots (x, y) of the lanes in `inside`, a register's lanes at a time. For `certified`, gives the lanes whose roots
+  /// are proved to exist and to be alone around (x, y); unspecified otherwise.
+  PATCHRT_INLINE SM correct_parts(T x, T y, chord_rows<T> const& rows, TM inside, patch_root<S>& root) {
     using Q = part_t<S>;
     root.t = root.error = S(0);
     root.u = fma(convert<S>(x), S(0.5), S(0.5));
     root.v = fma(convert<S>(y), S(0.5), S(0.5));
     root.valid = convert<SM>(inside);
+    SM proved = root.valid && !root.valid;
     auto const spread = [](vec3<T> const& v) { return convert_vec<S>(v); };
     vec3<S> const rows_x = spread(rows.x), rows_y = spread(rows.y), rows_t = spread(rows.t);
     S const per_cosine = convert<S>(rows.per_cosine), start_x = convert<S>(x), start_y = convert<S>(y);
@@ -406,11 +403,17 @@ template <accuracy A, scalar T> class patch_search {
       using P = scalar_parts<S>;
       chord_rows<Q> const own{part_of(rows_x, i), part_of(rows_y, i), part_of(rows_t, i), P::get(per_cosine, i)};
       patch_root<Q> by_chords;
-      auto const settled =
-          correct_by_chords(exact_.power, exact_.rounding, own, Q(state_.hierarchy.inverse_scale), P::get(start_x, i),
-                            P::get(start_y, i), origin, direction, P::get(state_.per_square, i), by_chords);
+      Q const to_rows(state_.hierarchy.inverse_scale);
+      chord_steps<Q> const steps =
+          correct_by_chords(exact_.power, exact_.rounding, own, to_rows, P::get(start_x, i), P::get(start_y, i), origin,
+                            direction, P::get(state_.per_square, i), by_chords);
+      auto const settled = steps.settled;
       auto const valid = r.valid;
-      r.valid = valid && !settled;
+      if constexpr (A == accuracy::certified) {
+        scalar_parts<SM>::set(proved, i, valid && settled && is_proved(exact_, own, to_rows, steps));
+        r.valid = valid && !valid;  // what is not proved is isolated
+      }
+      if constexpr (A != accuracy::certified) r.valid = valid && !settled;
       if (any_of(r.valid)) correct(exact_.patch, exact_.size, exact_.gaps, origin, direction, r);
       auto const take = valid && settled;
       r.t = select(take, by_chords.t, r.t);
@@ -419,6 +422,47 @@ template <accuracy A, scalar T> class patch_search {
       r.error = select(take, by_chords.error, r.error);
       r.valid = r.valid || take;
     });
+    return proved;
+  }
+
+  /// Decides what the search in float did not: all roots in a part of a cell, ray by ray.
+  PATCHRT_INLINE void isolate_roots(TM lanes, patch_part<T> const& part, T entry) {
+    if (any_of(lanes)) isolate_lanes(lanes, part, entry);
+  }
+
+  PATCHRT_OUTLINE void isolate_lanes(TM lanes, patch_part<T> const& part, T entry) {
+    constexpr int N = lanes_v<T>;
+    float x[N], y[N], half_x[N], half_y[N];
+    store_lanes(part.x, x);
+    store_lanes(part.y, y);
+    store_lanes(part.half_x, half_x);
+    store_lanes(part.half_y, half_y);
+    L number[6][N];
+    vec3<S> const &o = state_.origin, &d = state_.search_direction;
+    S const coordinates[6] = {o.x, o.y, o.z, d.x, d.y, d.z};
+    for (int k = 0; k < 6; ++k) store_lanes(coordinates[k], number[k]);
+    for (unsigned rest = mask_bits(lanes); rest != 0; rest &= rest - 1) {
+      int const i = lowest_bit(rest);
+      TM const on = convert<TM>(1u << i);
+      vec3<L> const origin = vec3<L>(number[0][i], number[1][i], number[2][i]) - vec3<L>(exact_.base);
+      vec3<L> const direction(number[3][i], number[4][i], number[5][i]);
+      certify_cell(exact_, origin, direction, {x[i], y[i], half_x[i], half_y[i], {}},
+                   [&](certified_root<L> const& found) { keep_certified(found, on, entry); });
+    }
+  }
+
+  /// A root, or a place that may be one, of the ray in lane `on`.
+  PATCHRT_INLINE void keep_certified(certified_root<L> const& found, TM on, T entry) {
+    if (found.kind != root_kind::simple) {
+      S const earliest = fma(S(found.earliest) * state_.per_scaled, state_.to_search, -state_.shift);
+      T const from = max(convert<T>(earliest), max(entry + entry_, entry_));
+      T& nearest_of_kind = found.kind == root_kind::multiple ? state_.touches_from : state_.doubt_from;
+      nearest_of_kind = select(on, min(from, nearest_of_kind), nearest_of_kind);
+    }
+    if (!found.root.valid) return;
+    patch_root<S> const root{S(found.root.t) * state_.per_scaled, S(found.root.u), S(found.root.v), S(found.root.error),
+                             convert<SM>(on)};
+    keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
   }
 
   PATCHRT_INLINE void solve_as_reference(cell_batch const& w) {

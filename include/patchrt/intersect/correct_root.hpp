@@ -68,8 +68,15 @@ template <scalar S> PATCHRT_INLINE S error_of(S beside, S rounding, vec3<S> cons
 }
 }  // namespace detail
 
+/// What two steps of the chord method did.
+template <scalar S> struct chord_steps {
+  mask_t<S> settled;
+  S length;    ///< of both together, in x or in y, whichever is more
+  S rounding;  ///< bounds what rounding does to a point beside the ray
+};
+
 /// Two steps of the chord method (Newton's with the Jacobian of the start) from a root's (x, y), in S's precision, on the power
-/// form. Gives the lanes that are settled: converged, and within the parameter square.
+/// form. Settled are the lanes that converged, within the parameter square.
 ///
 /// `rows` are those at the start, in any precision and in a space where lengths are `to_rows` times those here; `rounding` bounds
 /// what rounding does to S; `per_square` is one over the direction's squared length. The ratio of the second
@@ -77,9 +84,9 @@ template <scalar S> PATCHRT_INLINE S error_of(S beside, S rounding, vec3<S> cons
 /// or the second step under 2^-50, nothing is that would count beside `rounding`. What is not settled is left to `correct`.
 /// \note Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM 1995, section 5.4.1: the chord method.
 template <scalar S, class Power>
-PATCHRT_INLINE mask_t<S> correct_by_chords(Power const& power, lane_t<S> rounding, chord_rows<S> const& rows, S to_rows,
-                                           S x, S y, vec3<S> const& origin, vec3<S> const& direction, S per_square,
-                                           patch_root<S>& root) {
+PATCHRT_INLINE chord_steps<S> correct_by_chords(Power const& power, lane_t<S> rounding, chord_rows<S> const& rows,
+                                                S to_rows, S x, S y, vec3<S> const& origin, vec3<S> const& direction,
+                                                S per_square, patch_root<S>& root) {
   using L = lane_t<S>;
   auto const first = detail::split_along(difference(origin, position(power, x, y)), direction, per_square);
   S const first_x = dot(first.beside, rows.x) * to_rows, first_y = dot(first.beside, rows.y) * to_rows;
@@ -96,8 +103,9 @@ PATCHRT_INLINE mask_t<S> correct_by_chords(Power const& power, lane_t<S> roundin
   root.v = fma(y, half, half);
   S const floor = fma(S(L(4) * std::numeric_limits<L>::epsilon()), detail::sum_of_magnitudes(origin), S(rounding));
   root.error = floor * rows.per_cosine;
-  return (last * last <= before * S(L(0x1p-53)) || last <= S(L(0x1p-50))) && before < S(L(0x1p-6)) && abs(x) <= one &&
-         abs(y) <= one;
+  auto const settled = (last * last <= before * S(L(0x1p-53)) || last <= S(L(0x1p-50))) && before < S(L(0x1p-6)) &&
+                       abs(x) <= one && abs(y) <= one;
+  return {settled, before + last, floor};
 }
 
 namespace detail {

@@ -143,7 +143,8 @@ PATCHRT_OUTLINE void expand_cell(T const* a, T const& rounding, T const& x, T co
   for (int k = 0; k <= M; ++k) shift_powers<N>(b + (N + 1) * k, 1, y, half_y);
   PATCHRT_UNROLL
   for (int l = 0; l <= N; ++l) shift_powers<M>(b + l, N + 1, x, half_x);
-  e = {b[0], b[N + 1], b[1], rounding, T(0), T(0)};
+  T const slack = T(lane_t<T>(M + N)) * rounding;  // of slopes, a cell being no wider than the square
+  e = {b[0], b[N + 1], b[1], rounding, slack, slack};
   PATCHRT_UNROLL
   for (int k = 0; k <= M; ++k) PATCHRT_UNROLL
   for (int l = 0; l <= N; ++l) {
@@ -187,7 +188,8 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T, M, N> const& p, T
   T const d = det - fma(gx, f.y_change, fx * g.y_change);
   cell_verdict<T> v;
   v.possible = !(outside_x || outside_y || beyond_x || beyond_y);
-  v.at_most_one = T(0) < a && T(0) < d && b * c < a * d;
+  T const less(lane_t<T>(1 - 0x1p-20));
+  v.at_most_one = T(0) < a && T(0) < d && b * c < less * (a * d);
   T const quarter = T(lane_t<T>(0.25)) * det;
   v.convergent = (det - a) + b < quarter && c + (det - d) < quarter;
   limited_step<T> const step = limit_step(s, T(1), T(1));

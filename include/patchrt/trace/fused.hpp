@@ -14,6 +14,7 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -23,7 +24,9 @@
 namespace patchrt {
 
 /// A ray's hit: t in units of |direction|, (u, v) in [0, 1]^2 on patch number `patch`; `patch` is -1 and t infinite for a miss.
-/// `error` as in `patch_root`.
+/// `error` bounds the distance between S(u, v) and the point where the exact ray meets the exact patch, in the user's units, rounded
+/// up to a float: to first order for `fast`, `refined` and `reference`, rigorously for `certified`. Infinite where the ray touches the patch and
+/// that point cannot be told; S(u, v) is then still a point of the patch that the ray passes within rounding.
 struct patch_hit {
   double t = std::numeric_limits<double>::infinity();
   double u = 0, v = 0;
@@ -40,10 +43,16 @@ inline constexpr int fused_width = 16;
 
 namespace detail {
 
+/// x or the next float above, for x >= 0 or infinite.
+template <class L> float round_up(L x) {
+  float const y = static_cast<float>(x);
+  return y < x ? std::nextafter(y, std::numeric_limits<float>::infinity()) : y;
+}
+
 /// One pack of rays: `rays` and `hits` hold N of each.
 template <accuracy A, bool AnyHit, int N, class R>
-void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hits, std::uint32_t active,
-                hierarchy_counts* counts) {
+void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hits, certainty* certainties,
+                std::uint32_t active, hierarchy_counts* counts) {
   using T = pack<float, N>;
   using L = lane_t<search_scalar_t<A, T>>;
   static_assert(sizeof(ray<R>) == 8 * sizeof(R));
@@ -58,10 +67,20 @@ void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hi
     __builtin_prefetch(reinterpret_cast<char const*>(hits + 2 * N) + i, 1);
   static constexpr std::array<patch_hit, N> misses{};
   std::memcpy(hits, misses.data(), sizeof misses);  // whole cache lines: most packs of a picture write nothing else
+  if constexpr (A == accuracy::certified)
+    if (certainties) std::fill_n(certainties, N, certainty::certified);
   mask_t<T> const near = patchrt::detail::near_scene<T>(h, pack_of_rays) && mask_t<T>::from_bits(active);
   if (!any_of(near)) return;
   patchrt::detail::hierarchy_search<A, T> search(h, pack_of_rays, near);
   auto const& hit = search.template run<AnyHit>(counts);
+  if constexpr (A == accuracy::certified) {
+    std::uint32_t const tangent = hit.tangent.bits(), degenerate = hit.degenerate.bits();
+    if (certainties && (tangent | degenerate) != 0) {
+      for (int i = 0; i < N; ++i)
+        if ((degenerate >> i & 1u) != 0) certainties[i] = certainty::degenerate;
+        else if ((tangent >> i & 1u) != 0) certainties[i] = certainty::tangent;
+    }
+  }
   std::uint32_t valid = hit.valid.bits();
   if (valid == 0) return;
   L t[N], u[N], v[N], error[N];
@@ -73,28 +92,34 @@ void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hi
   hit.patch_bits.store(patch);
   for (; valid != 0; valid &= valid - 1) {
     int const i = std::countr_zero(valid);
-    hits[i] = {t[i], u[i], v[i], static_cast<float>(error[i]), std::bit_cast<std::int32_t>(patch[i])};
+    hits[i] = {t[i], u[i], v[i], round_up(error[i]), std::bit_cast<std::int32_t>(patch[i])};
   }
 }
 
 template <accuracy A, bool AnyHit, class R, executor E>
 void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<R> const> rays, std::span<patch_hit> hits,
-                E const& exec, hierarchy_counts* counts) {
+                std::span<certainty> certainties, E const& exec, hierarchy_counts* counts) {
   PATCHRT_EXPECTS(hits.size() == rays.size());
+  PATCHRT_EXPECTS(certainties.empty() || certainties.size() == rays.size());
   exec.for_each_chunk(rays.size(), std::size_t(1024), [&](std::size_t begin, std::size_t end) {
     hierarchy_counts own;
     constexpr std::uint32_t all = (1u << fused_width) - 1u;
     hierarchy_counts* const c = counts ? &own : nullptr;
     std::size_t i = begin;
     for (; i + fused_width <= end; i += fused_width)
-      fused_pack<A, AnyHit, fused_width, R>(hierarchy, rays.data() + i, hits.data() + i, all, c);
+      fused_pack<A, AnyHit, fused_width, R>(hierarchy, rays.data() + i, hits.data() + i,
+                                            certainties.empty() ? nullptr : certainties.data() + i, all, c);
     if (i < end) {
       ray<R> last_rays[fused_width];
       patch_hit last_hits[fused_width];
+      certainty last_certainties[fused_width];
       std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays),
                 last_rays + fused_width, rays[i]);
-      fused_pack<A, AnyHit, fused_width, R>(hierarchy, last_rays, last_hits, (1u << (end - i)) - 1u, c);
+      fused_pack<A, AnyHit, fused_width, R>(hierarchy, last_rays, last_hits, last_certainties, (1u << (end - i)) - 1u,
+                                            c);
       std::copy(last_hits, last_hits + (end - i), hits.begin() + std::ptrdiff_t(i));
+      if (!certainties.empty())
+        std::copy(last_certainties, last_certainties + (end - i), certainties.begin() + std::ptrdiff_t(i));
     }
     if (counts) {
       std::atomic_ref(counts->candidates) += own.candidates;
@@ -116,13 +141,27 @@ void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<R> const> r
 template <accuracy A = accuracy::refined, executor E>
 void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
                   E const& exec, hierarchy_counts* counts = nullptr) {
-  detail::fused_list<A, false>(hierarchy, rays, hits, exec, counts);
+  detail::fused_list<A, false>(hierarchy, rays, hits, {}, exec, counts);
 }
 /// Rays in float, half as many bytes to read: their hits are those of the same rays in double.
 template <accuracy A = accuracy::refined, executor E>
 void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
                   E const& exec, hierarchy_counts* counts = nullptr) {
-  detail::fused_list<A, false>(hierarchy, rays, hits, exec, counts);
+  detail::fused_list<A, false>(hierarchy, rays, hits, {}, exec, counts);
+}
+
+/// The nearest hits at level `certified`, and what is proved of each answer, a miss included, in `certainties`.
+/// \pre hits.size() == rays.size() == certainties.size()
+template <executor E>
+void certified_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
+                    std::span<certainty> certainties, E const& exec, hierarchy_counts* counts = nullptr) {
+  detail::fused_list<accuracy::certified, false>(hierarchy, rays, hits, certainties, exec, counts);
+}
+/// The same for rays in float.
+template <executor E>
+void certified_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
+                    std::span<certainty> certainties, E const& exec, hierarchy_counts* counts = nullptr) {
+  detail::fused_list<accuracy::certified, false>(hierarchy, rays, hits, certainties, exec, counts);
 }
 
 /// Some hit of every ray that has one in (t_min, t_max), found sooner: what shadow rays ask.
@@ -131,13 +170,13 @@ void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> co
 template <accuracy A = accuracy::refined, executor E>
 void any_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
               E const& exec, hierarchy_counts* counts = nullptr) {
-  detail::fused_list<A, true>(hierarchy, rays, hits, exec, counts);
+  detail::fused_list<A, true>(hierarchy, rays, hits, {}, exec, counts);
 }
 /// The same for rays in float.
 template <accuracy A = accuracy::refined, executor E>
 void any_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
               E const& exec, hierarchy_counts* counts = nullptr) {
-  detail::fused_list<A, true>(hierarchy, rays, hits, exec, counts);
+  detail::fused_list<A, true>(hierarchy, rays, hits, {}, exec, counts);
 }
 
 }  // namespace trace
