@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// \file
+/// One hit against all roots of its ray in 113 bits.
+
+#include "exact_surface.hpp"
+
+#include "support/oracle.hpp"
+#include "support/rays.hpp"
+
+#include <patchrt/trace/fused.hpp>
+
+#include <optional>
+
+namespace patchrt::bench {
+
+/// Where a model's lengths come from.
+struct model_size {
+  vec3<double> middle;
+  double diagonal;
+  std::vector<double> patch_diagonals;
+
+  explicit model_size(test::patch_list const& scene) : middle(test::ball_of(scene).middle) {
+    diagonal = 2 * test::ball_of(scene).radius;
+    for (auto const& p : scene) {
+      auto const e = extent(bounds(p));
+      patch_diagonals.push_back(test::norm(e));
+    }
+  }
+};
+
+/// How far from a root t may be, in lengths, before it is another one: `fast` knows no more than float does.
+inline double same_root(accuracy level, ray<double> const& r, model_size const& size) {
+  double const away = test::norm(r.origin - size.middle);
+  return level == accuracy::fast ? 1e-3 * size.diagonal + 1e-6 * away : 1e-9 * (size.diagonal + away);
+}
+
+/// A hit against the truth.
+struct hit_verdict {
+  bool is_lost = false;          ///< there is a nearer root, neither grazing nor at an edge
+  bool is_lost_grazing = false;  ///< there is a nearer root, within 1e-4 of grazing but regular and inside
+  bool is_false = false;         ///< there is no root here
+  bool is_number = true;
+  std::optional<double> error{};  ///< distance of S(u, v) from the true hit, of hits on regular roots
+  double ulps = 0;                ///< the same in epsilons of (the patch's diagonal + distance travelled)
+  double cosine = 0;              ///< of the angle between ray and normal
+};
+
+inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& size, accuracy level,
+                             ray<double> const& r, std::span<test::oracle_root const> roots, patch_hit const& hit) {
+  hit_verdict v;
+  double const length = test::norm(r.direction), same = same_root(level, r, size);
+  double const margin = level == accuracy::fast ? 1e-5 : 1e-12;
+  auto const is_nearer = [&](test::oracle_root const& root) {
+    return !((real(hit.t) - root.t) * real(length) <= real(same));
+  };
+  for (auto const& root : roots) {
+    if (!is_nearer(root)) break;
+    bool const is_inside = root.edge_distance > margin * size.diagonal && root.end_distance * length > same;
+    if (root.singular || !is_inside) continue;
+    v.is_lost = v.is_lost || root.is_certain(1e-4, 0);
+    v.is_lost_grazing = v.is_lost_grazing || (root.cos_angle > 1e-9 && !root.is_certain(1e-4, 0));
+  }
+  if (!hit.valid()) return v;
+  v.is_number = hit.t - hit.t == 0 && hit.u - hit.u == 0 && hit.v - hit.v == 0;
+  auto const apart = [&](test::oracle_root const& root) {
+    return (std::abs(root.t - real(hit.t)) - root.slack) * real(length);
+  };
+  test::oracle_root const* nearest = nullptr;
+  for (auto const& root : roots)
+    if (!nearest || apart(root) < apart(*nearest) || (apart(root) == apart(*nearest) && root.patch == hit.patch))
+      nearest = &root;
+  // Where the ray touches the patch its roots say little of where the hit is.
+  double const grazing = nearest && nearest->cos_angle > 0 ? std::max(1., 1e-3 / nearest->cos_angle) : 1e3;
+  v.is_false = !nearest || !(apart(*nearest) <= real(same * std::min(grazing, 1e3)));
+  if (v.is_false) return v;
+  for (auto const& root : roots)  // of two patches that share an edge, the hit's own
+    if (root.patch == hit.patch && !root.singular && apart(root) <= real(same)) nearest = &root;
+  if (nearest->singular || nearest->patch != hit.patch) return v;
+  auto const& patch = scene[std::size_t(hit.patch)];
+  real3 const at = evaluate_exactly(patch, hit.u, hit.v).s, truth = evaluate_exactly(patch, nearest->u, nearest->v).s;
+  v.error = double(bench::length(at - truth));
+  double const reach = size.patch_diagonals[std::size_t(hit.patch)] + std::fabs(hit.t) * length;
+  v.ulps = *v.error / (std::numeric_limits<double>::epsilon() * reach);
+  v.cosine = nearest->cos_angle;
+  return v;
+}
+
+}  // namespace patchrt::bench
