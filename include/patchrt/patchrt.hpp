@@ -23,6 +23,7 @@
 #include <patchrt/exec/executor.hpp>
 #include <patchrt/exec/serial.hpp>
 #include <patchrt/intersect/correct_root.hpp>
+#include <patchrt/intersect/offset_origin.hpp>
 #include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/intersect/ray_patch.hpp>
 #include <patchrt/intersect/reference_root.hpp>
