@@ -50,8 +50,10 @@
 #include <patchrt/shapes/power_patch.hpp>
 #include <patchrt/shapes/rational_normal.hpp>
 #include <patchrt/shapes/rational_patch.hpp>
+#include <patchrt/shapes/rational_power.hpp>
 #include <patchrt/shapes/rational_split.hpp>
 #include <patchrt/shapes/revolution_patches.hpp>
+#include <patchrt/shapes/surface_form.hpp>
 
 #if !defined(__CUDACC__)
 #  include <patchrt/accel/build_mixed_hierarchy.hpp>

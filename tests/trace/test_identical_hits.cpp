@@ -35,7 +35,7 @@ template <accuracy A> patch_hit one_hit(mixed_hierarchy_view const& h, ray<doubl
   ray<S> const in{vec3<S>(r.origin), vec3<S>(r.direction), S(r.t_min), S(r.t_max)};
   auto const hit = intersect<A, false, float>(h, in, true);
   if (!hit.valid) return {};
-  return {hit.t, hit.u, hit.v, trace::detail::round_up(hit.error), std::bit_cast<std::int32_t>(hit.patch_bits)};
+  return {hit.t, hit.u, hit.v, trace::detail::round_up<float>(hit.error), std::bit_cast<std::int32_t>(hit.patch_bits)};
 }
 
 template <accuracy A, int N> std::vector<patch_hit> hits_by_packs(mixed_hierarchy_view const& h, ray_list const& rays) {

@@ -4,6 +4,9 @@
 
 #include <patchrt/accel/subpatch_bounds.hpp>
 #include <patchrt/accel/subpatch_tree.hpp>
+#include <patchrt/shapes/bezier_split.hpp>
+#include <patchrt/shapes/rational_split.hpp>
+#include <patchrt/shapes/surface_form.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -23,12 +26,52 @@ constexpr subpatch_splits alternating_splits(int depth) { return {depth, 0xaa}; 
 
 namespace detail {
 
+inline constexpr unsigned most_subpatch_leaves = 1u << max_subpatch_depth;
+
+/// Node numbers of the places of all levels.
+struct place_numbers {
+  std::uint16_t node[2 * most_subpatch_leaves];
+
+  constexpr place_numbers() : node{0, 1} {
+    for (unsigned size = 1; size < most_subpatch_leaves; size *= 2)
+      for (unsigned k = size; k < 2 * size; ++k) {
+        node[size + k] = static_cast<std::uint16_t>(2 * node[k]);
+        node[2 * size + k] = static_cast<std::uint16_t>(2 * node[k] + 1);
+      }
+  }
+};
+inline constexpr place_numbers places{};
+
+/// How far a polynomial patch leaves its tangent plane in the middle of the square, by coordinate.
+template <int M, int N> vec3<double> remainder_of(bezier_patch<double, M, N> const& patch) {
+  surface_point<double> const middle = evaluate(patch, 0.5, 0.5);
+  vec3<double> farthest(0.0);
+  for (int i = 0; i <= M; ++i)
+    for (int j = 0; j <= N; ++j) {
+      vec3<double> const plane =
+          fma(double(i) / M - 0.5, middle.du, fma(double(j) / N - 0.5, middle.dv, middle.position));
+      vec3<double> const off = absolute(difference(patch(i, j), plane));
+      farthest = {max(farthest.x, off.x), max(farthest.y, off.y), max(farthest.z, off.z)};
+    }
+  return farthest;
+}
+template <int M, int N> vec3<double> cell_remainder(bezier_patch<double, M, N> const& part, vec3<double> const&) {
+  return remainder_of(part);
+}
+/// Of a rational patch's functions A - W o with |o| up to `farthest`.
+template <int M, int N>
+vec3<double> cell_remainder(rational_patch<double, M, N> const& part, vec3<double> const& farthest) {
+  bezier_patch<double, M, N> weights;
+  for (int k = 0; k < (M + 1) * (N + 1); ++k) weights.control_points[k] = vec3<double>(weight(part, k), 0.0, 0.0);
+  return fma(remainder_of(weights).x, farthest, remainder_of(numerator(part)));
+}
+
 /// The boxes and leaves of one patch's tree before they are rounded to bytes.
 ///
 /// Bit l of a sub-patch's place says which half of level l it is in, so that the second halves of a level come after all first
 /// ones, and every step is a loop over neighbours. Boxes of level l begin at place 2^l, remainders and cones at 0.
 struct exact_subpatch_tree {
-  static constexpr unsigned most_leaves = 1u << max_subpatch_depth;
+  static constexpr unsigned most_leaves = most_subpatch_leaves;
 
   alignas(32) float lo[3][2 * most_leaves], hi[3][2 * most_leaves];
   alignas(32) float apart[3][most_leaves];  // from the first half's box to the second's, doubled
@@ -65,6 +108,39 @@ struct exact_subpatch_tree {
     }
     build_leaves(nets, 0u, level);
     for (level = splits.depth - 1; level >= 0; --level) join_boxes(1u << level);
+  }
+
+  /// Of any patch, sub-patch by sub-patch in double; without cones.
+  template <class Surface> exact_subpatch_tree(Surface const& patch, subpatch_splits splits) : splits_(splits) {
+    box<double> const whole = bounds(patch);
+    vec3<double> farthest(0.0);
+    for (int c = 0; c < 3; ++c) farthest[c] = std::max(std::fabs(whole.lo[c]), std::fabs(whole.hi[c]));
+    double const most = std::max({farthest.x, farthest.y, farthest.z});
+    farthest = farthest + vec3<double>(0x1p-18 + 0x1p-6 * most);  // where a ray can enter the patch's box
+    error_ = 0x1p-20f * static_cast<float>(most);
+    for (auto& row : widest_remainder)
+      for (float& r : row) r = 0;
+    unsigned const leaf_count = 1u << splits.depth;
+    subpatch_tree tree{};
+    tree.depth = static_cast<std::uint8_t>(splits.depth);
+    tree.splits_v = splits.splits_v;
+    for (unsigned place = 0; place < leaf_count; ++place) {
+      patch_cell<float> const cell = subpatch_cell(tree, places.node[leaf_count + place]);
+      auto const from = [](float at, float half) { return 0.5 + 0.5 * (double(at) - double(half)); };
+      auto const part = sub_patch(patch, from(cell.x, cell.half_x), from(cell.x, -cell.half_x),
+                                  from(cell.y, cell.half_y), from(cell.y, -cell.half_y));
+      box<double> const hull = bounds(part);
+      vec3<double> const left = cell_remainder(part, farthest);
+      for (int c = 0; c < 3; ++c) {
+        lo[c][leaf_count + place] = static_cast<float>(hull.lo[c]) - error_;
+        hi[c][leaf_count + place] = static_cast<float>(hull.hi[c]) + error_;
+        remainder[c][place] = static_cast<float>(left[c]) + error_;
+        widest_remainder[c][0] = max(widest_remainder[c][0], remainder[c][place]);
+        axis[c][place] = 0;
+      }
+      sine[place] = 2;
+    }
+    for (int level = splits.depth - 1; level >= 0; --level) join_boxes(1u << level);
   }
 
  private:
@@ -110,20 +186,6 @@ struct exact_subpatch_tree {
   subpatch_splits splits_;
   float error_, error_u_, error_v_;  // of remainders and of vectors
 };
-
-/// Node numbers of the places of all levels.
-struct place_numbers {
-  std::uint16_t node[2 * exact_subpatch_tree::most_leaves];
-
-  constexpr place_numbers() : node{0, 1} {
-    for (unsigned size = 1; size < exact_subpatch_tree::most_leaves; size *= 2)
-      for (unsigned k = size; k < 2 * size; ++k) {
-        node[size + k] = static_cast<std::uint16_t>(2 * node[k]);
-        node[2 * size + k] = static_cast<std::uint16_t>(2 * node[k] + 1);
-      }
-  }
-};
-inline constexpr place_numbers places{};
 
 /// x without its fraction, for 0 <= x < 256.
 inline std::uint32_t to_byte(float x) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(x)); }
@@ -200,8 +262,11 @@ constexpr std::uint32_t subpatch_leaf_count(int depth) { return 1u << depth; }
 /// The grid has 250 steps across the patch's box a coordinate, and never steps below 2^-8 of those of the widest one; boxes are
 /// rounded outward with an eighth of a step to spare, hundreds of times what float's rounding does to rays and nets of this size.
 /// Offsets in the result are left zero.
-inline subpatch_tree build_subpatch_tree(bicubic_patch<float> const& patch, subpatch_splits splits,
-                                         std::span<subpatch_node> nodes, std::span<subpatch_leaf> leaves) {
+///
+/// `Net` is a bicubic patch in float, or any kind of patch in double.
+template <class Net>
+subpatch_tree build_subpatch_tree(Net const& patch, subpatch_splits splits, std::span<subpatch_node> nodes,
+                                  std::span<subpatch_leaf> leaves) {
   PATCHRT_EXPECTS(nodes.size() == subpatch_node_count(splits.depth));
   PATCHRT_EXPECTS(leaves.size() == subpatch_leaf_count(splits.depth));
   detail::exact_subpatch_tree const exact(patch, splits);

@@ -17,8 +17,8 @@ namespace patchrt::detail {
 /// larger sum of magnitudes of A's rows x and y: |I - A J(p)| <= |A| |J(p) - J(p0)| + |I - A J(p0)|, the last from rows in float. The steps, and b times
 /// rounding, are the residual; where q < 1/8 over twice their length, the map contracts the ball of that radius into itself.
 /// \note Kantorovich's theorem in the simplified form: Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1.
-template <scalar S>
-PATCHRT_INLINE mask_t<S> is_proved(exact_patch const& exact, chord_rows<S> const& rows, S to_rows,
+template <scalar S, class Surface>
+PATCHRT_INLINE mask_t<S> is_proved(exact_patch<Surface> const& exact, chord_rows<S> const& rows, S to_rows,
                                    chord_steps<S> const& steps) {
   using L = lane_t<S>;
   S const inverse = max(sum_of_magnitudes(rows.x), sum_of_magnitudes(rows.y));
@@ -35,18 +35,19 @@ template <class L> struct certified_root {
 
 /// The plane functions of a ray on the control points, exact up to their errors.
 ///
-/// A coefficient n.(p - o) has an error of epsilon |n| (|p| + |o|) from the difference, and three roundings in the product, and n2
-/// is across the direction up to two: under 8 epsilon |n| (|p| + |o|) together.
-template <class L>
-PATCHRT_HD bernstein_pair<L> plane_functions(exact_patch const& exact, vec3<L> const& origin,
-                                             vec3<L> const& direction) {
+/// A coefficient w n.(p - o) has an error of epsilon |n| (|p| + |o|) from the difference, three roundings in the product and one by
+/// the weight, and n2 is across the direction up to two: under 8 epsilon |n| (|p| + |o|) together; weights are under 1.
+template <class L, class Surface>
+PATCHRT_HD auto plane_functions(exact_patch<Surface> const& exact, vec3<L> const& origin, vec3<L> const& direction) {
+  using form = surface_form<Surface>;
   vec3<L> n1, n2;
   plane_normals(direction, n1, n2);
-  bernstein_pair<L> pair;
-  for (int k = 0; k < 16; ++k) {
-    vec3<L> const a = difference(exact.patch.control_points[k], origin);
-    pair.f[k] = dot(n1, a);
-    pair.g[k] = dot(n2, a);
+  bernstein_pair<L, form::degree_u, form::degree_v> pair;
+  for (int k = 0; k < form::points; ++k) {
+    vec3<L> const a = difference(control_point(exact.patch, k), origin);
+    L const w = weight(exact.patch, k);
+    pair.f[k] = w * dot(n1, a);
+    pair.g[k] = w * dot(n2, a);
   }
   L const unit = L(8) * std::numeric_limits<L>::epsilon() * (sum_of_magnitudes(origin) + L(3) * L(exact.size));
   pair.error_f = unit * sum_of_magnitudes(n1);
@@ -56,14 +57,16 @@ PATCHRT_HD bernstein_pair<L> plane_functions(exact_patch const& exact, vec3<L> c
 
 /// All roots of a ray in a cell, and all places that may be roots, to `sink(certified_root)`, the latter several times; `origin` is relative to the patch's base,
 /// t in units of `direction`, whose largest component is in [1, 2).
-template <class L, class Sink>
-PATCHRT_HD void certify_cell(exact_patch const& exact, vec3<L> const& origin, vec3<L> const& direction,
+template <class L, class Surface, class Sink>
+PATCHRT_HD void certify_cell(exact_patch<Surface> const& exact, vec3<L> const& origin, vec3<L> const& direction,
                              patch_cell<float> const& cell, Sink&& sink) {
   auto const low = [](float at, float half) { return max(fma(L(at) - L(half), L(0.5), L(0.5)), L(0)); };
   auto const high = [](float at, float half) { return min(fma(L(at) + L(half), L(0.5), L(0.5)), L(1)); };
   isolate_options<L> options;
   options.domain = {low(cell.x, cell.half_x), high(cell.x, cell.half_x), low(cell.y, cell.half_y),
                     high(cell.y, cell.half_y)};
+  // Wider than that in a cell, roots are a curve.
+  options.widest_multiple = L(0x1p-5) * max(L(cell.half_x), L(cell.half_y));
   auto const all = isolate(plane_functions(exact, origin, direction), options);
   L const per_square = L(1) / dot(direction, direction);
   for (int k = 0; k < all.count; ++k) {

@@ -129,7 +129,7 @@ class visible_hierarchy {
     for (std::size_t i = 0; i < top_.size(); ++i)
       if (top_[i].primitive >= 0) node_of_patch_[std::size_t(top_[i].primitive)] = static_cast<std::uint32_t>(i);
     exec.for_each(hierarchy.patch_count(), [this](std::size_t i) {
-      exact_patch const& e = hierarchy_->exact[i];
+      auto const& e = hierarchy_->exact[i];
       subpatch_tree const& tree = hierarchy_->search[i].tree;
       detail::find_sides(tree, hierarchy_->leaves.data() + tree.first_leaf, 1 / e.size, e.patch, 0, 1,
                          sides_.data() + tree.first_leaf);

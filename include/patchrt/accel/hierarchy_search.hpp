@@ -20,7 +20,7 @@ namespace detail {
 /// its entry is beyond the nearest root, all in the same arithmetic; so a skipped box never held the answer. In the same way a
 /// root in float is left uncorrected where it is beyond the nearest by more than float's error, and counts only where the
 /// correction does not bring it nearer by more than that. Ties go to the smaller patch number, then u, then v.
-template <accuracy A, scalar T> class hierarchy_search {
+template <accuracy A, class Surface, scalar T> class hierarchy_search {
  public:
   using S = search_scalar_t<A, T>;
   using TM = mask_t<T>;
@@ -28,7 +28,7 @@ template <accuracy A, scalar T> class hierarchy_search {
 
   /// \pre some lane is in `active`
   template <class R>
-  PATCHRT_INLINE hierarchy_search(mixed_hierarchy_view const& hierarchy, ray<R> const& r, TM active)
+  PATCHRT_INLINE hierarchy_search(basic_mixed_hierarchy_view<Surface> const& hierarchy, ray<R> const& r, TM active)
       : state_(hierarchy) {
     prepare({convert_vec<S>(r.origin), convert_vec<S>(r.direction), convert<S>(r.t_min), convert<S>(r.t_max)}, active);
   }
@@ -53,7 +53,7 @@ template <accuracy A, scalar T> class hierarchy_search {
           return any_of(lanes);
         },
         [&](std::int32_t patch) PATCHRT_INLINE_LAMBDA {
-          patch_search<A, T>(state_, patch, lanes, entry, octant).run();
+          patch_search<A, Surface, T>(state_, patch, lanes, entry, octant).run();
           nearest = convert<T>(state_.nearest);
           if constexpr (AnyHit) {
             state_.active = state_.active && !convert<TM>(state_.hit.valid);
@@ -119,12 +119,13 @@ template <accuracy A, scalar T> class hierarchy_search {
            most(state_.direction.z < T(0)) << 2;
   }
 
-  search_state<A, T> state_;
+  search_state<A, Surface, T> state_;
 };
 
 /// False only for lanes whose line misses the scene's box: the separating axes of line and box, which need no division. Rays
 /// too far or too long or short for float are not judged.
-template <scalar T, class R> PATCHRT_INLINE mask_t<T> near_scene(mixed_hierarchy_view const& h, ray<R> const& r) {
+template <scalar T, class Surface, class R>
+PATCHRT_INLINE mask_t<T> near_scene(basic_mixed_hierarchy_view<Surface> const& h, ray<R> const& r) {
   T const inverse_scale(static_cast<float>(h.inverse_scale));
   vec3<T> const d = convert_vec<T>(r.direction), from_zero = scale(convert_vec<T>(r.origin), inverse_scale);
   vec3<float> const centre(h.centre);
@@ -150,10 +151,11 @@ template <scalar T, class R> PATCHRT_INLINE mask_t<T> near_scene(mixed_hierarchy
 ///
 /// T = float traces one ray, T = pack<float, N> N rays at once, with the same bits in every lane. `counts`, where not null, is
 /// added to.
-template <accuracy A, bool AnyHit, scalar T, class R>
-PATCHRT_INLINE lane_hit<search_scalar_t<A, T>, T> intersect(mixed_hierarchy_view const& hierarchy, ray<R> const& r,
-                                                            mask_t<T> active, hierarchy_counts* counts = nullptr) {
-  detail::hierarchy_search<A, T> search(hierarchy, r, active && detail::near_scene<T>(hierarchy, r));
+template <accuracy A, bool AnyHit, scalar T, class Surface, class R>
+PATCHRT_INLINE lane_hit<search_scalar_t<A, T>, T> intersect(basic_mixed_hierarchy_view<Surface> const& hierarchy,
+                                                            ray<R> const& r, mask_t<T> active,
+                                                            hierarchy_counts* counts = nullptr) {
+  detail::hierarchy_search<A, Surface, T> search(hierarchy, r, active && detail::near_scene<T>(hierarchy, r));
   return search.template run<AnyHit>(counts);
 }
 

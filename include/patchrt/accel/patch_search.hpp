@@ -57,10 +57,10 @@ template <scalar S, scalar T> struct lane_hit {
 namespace detail {
 
 /// A ray, or one a lane, on its way through a mixed hierarchy: see `hierarchy_search`.
-template <accuracy A, scalar T> struct search_state {
+template <accuracy A, class Surface, scalar T> struct search_state {
   using S = search_scalar_t<A, T>;
 
-  mixed_hierarchy_view const& hierarchy;
+  basic_mixed_hierarchy_view<Surface> const& hierarchy;
   vec3<S> origin;  // as it was given
   S t_min;
   vec3<S> search_origin, search_direction;  // in search space, the origin moved by shift
@@ -78,13 +78,15 @@ template <accuracy A, scalar T> struct search_state {
       doubt_from;  // `certified` alone: the nearest t in search space of places that are tangent, and degenerate
   hierarchy_counts* counts = nullptr;
 
-  PATCHRT_INLINE explicit search_state(mixed_hierarchy_view const& h) : hierarchy(h) {}
+  PATCHRT_INLINE explicit search_state(basic_mixed_hierarchy_view<Surface> const& h) : hierarchy(h) {}
 
   PATCHRT_INLINE static unsigned lanes_on(mask_t<T> m) { return static_cast<unsigned>(std::popcount(mask_bits(m))); }
 };
 
 /// The rays of `state` in one patch.
-template <accuracy A, scalar T> class patch_search {
+template <accuracy A, class Surface, scalar T> class patch_search {
+  using form = surface_form<Surface>;
+
  public:
   using S = search_scalar_t<A, T>;
   using TM = mask_t<T>;
@@ -92,7 +94,8 @@ template <accuracy A, scalar T> class patch_search {
   using L = lane_t<S>;
 
   /// `lanes` enter the patch's box at `entry`.
-  PATCHRT_INLINE patch_search(search_state<A, T>& state, std::int32_t patch, TM lanes, T entry, unsigned octant)
+  PATCHRT_INLINE patch_search(search_state<A, Surface, T>& state, std::int32_t patch, TM lanes, T entry,
+                              unsigned octant)
       : state_(state),
         patch_(patch),
         search_(state.hierarchy.search[patch]),
@@ -180,12 +183,19 @@ template <accuracy A, scalar T> class patch_search {
       cell_start<T> const begin = linear_start(projected_, state_.abs_n1, state_.abs_n2, c);
       TM const possible = cell_lanes_ && begin.possible;
       if (!any_of(possible)) return;
-      vec3<T> const axis{T(float(leaf.axis[0])), T(float(leaf.axis[1])), T(float(leaf.axis[2]))};
-      float const sine = leaf.sine == 255 ? 2.0f : float(leaf.sine) / 255.0f;
-      T const along = dot(state_.direction, axis);
-      TM const single = possible && T(127.0f * 127.0f * sine * sine) * state_.squared_length < along * along;
+      TM single, folded;
+      if constexpr (has_normal_cones<Surface>) {
+        vec3<T> const axis{T(float(leaf.axis[0])), T(float(leaf.axis[1])), T(float(leaf.axis[2]))};
+        float const sine = leaf.sine == 255 ? 2.0f : float(leaf.sine) / 255.0f;
+        T const along = dot(state_.direction, axis);
+        single = possible && T(127.0f * 127.0f * sine * sine) * state_.squared_length < along * along;
+        folded = possible && !single;
+      } else {
+        cell_verdict<T> const v = examine_cell(projected_, c.x, c.y, c.half_x, c.half_y);
+        single = possible && v.possible && v.at_most_one;
+        folded = possible && v.possible && !v.at_most_one;
+      }
       if (any_of(single)) add(single, single, begin.x, begin.y, {c.x, c.y, c.half_x, c.half_y, single});
-      TM const folded = possible && !single;
       if (any_of(folded)) add_parts(folded, c);
     }
   }
@@ -363,10 +373,9 @@ template <accuracy A, scalar T> class patch_search {
       keep(w.entry, root, start_ - left.along, inside && root.valid);
     } else {
       T const along = -(dot(chord, state_.direction) * per_square);
-      // Most roots of rays that leave a surface are where they left it: they need no correction. |S_x| and |S_y| are under four
-      // sizes.
-      T const spare = T(static_cast<float>(exact_.size * state_.hierarchy.inverse_scale)) *
-                      fma(T(4), n.error_x + n.error_y, T(0x1p-13f));
+      // Most roots of rays that leave a surface are where they left it: they need no correction.
+      T const size(static_cast<float>(exact_.size * state_.hierarchy.inverse_scale));
+      T const spare = fma(T(static_cast<float>(exact_.slope)), n.error_x + n.error_y, size * T(0x1p-13f));
       T const entry = max(w.entry, along - spare);
       inside = inside && soonest_ <= along + spare && entry <= nearest_;
       if (!any_of(inside)) return;
@@ -545,10 +554,10 @@ template <accuracy A, scalar T> class patch_search {
     return convert<SM>(first);
   }
 
-  search_state<A, T>& state_;
+  search_state<A, Surface, T>& state_;
   std::int32_t patch_;
-  search_patch const& search_;
-  exact_patch const& exact_;
+  search_patch<Surface> const& search_;
+  exact_patch<Surface> const& exact_;
   unsigned octant_;
   TM lanes_;
   T entry_;
@@ -559,7 +568,7 @@ template <accuracy A, scalar T> class patch_search {
   T cell_entry_;
   TM cell_lanes_;
   cell_batch waiting_;
-  projected_patch<T> projected_;  // made when the first leaf is reached
+  projected_patch<T, form::degree_u, form::degree_v> projected_;  // made when the first leaf is reached
 };
 
 }  // namespace detail

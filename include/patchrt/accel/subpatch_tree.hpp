@@ -9,6 +9,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <type_traits>
 
 namespace patchrt {
 
@@ -38,6 +39,9 @@ struct subpatch_leaf {
   std::uint8_t unused;
 };
 static_assert(sizeof(subpatch_leaf) == 8);
+
+/// Whether the leaves of patches of a kind have cones: only bicubic patches' do; of others a leaf's `sine` is 255.
+template <class Surface> inline constexpr bool has_normal_cones = std::is_same_v<Surface, bicubic_patch<double>>;
 
 /// What is the same for all nodes of one patch's tree.
 ///

@@ -9,7 +9,7 @@
 
 #include <patchrt/core/twin_planes.hpp>
 #include <patchrt/roots/newton.hpp>
-#include <patchrt/shapes/power_patch.hpp>
+#include <patchrt/shapes/rational_power.hpp>
 
 #include <cstdint>
 #include <limits>
@@ -48,6 +48,26 @@ PATCHRT_INLINE projected_patch<T, M, N> project(power_patch<P, M, N> const& patc
   return p;
 }
 
+/// The same of a rational patch, times its denominator: polynomials with the same roots. `reach` bounds the sum of the numerator's
+/// |coefficients|, and of the weights' times the origin.
+template <scalar T, scalar P, int M, int N>
+PATCHRT_INLINE projected_patch<T, M, N> project(rational_power_patch<P, M, N> const& patch, vec3<P> const& reach,
+                                                vec3<T> const& origin, vec3<T> const& n1, vec3<T> const& n2) {
+  projected_patch<T, M, N> p;
+  T const unit((M + N + 12) * std::numeric_limits<lane_t<T>>::epsilon());
+  p.rounding_f = unit * dot(absolute(n1), convert_vec<T>(reach));
+  p.rounding_g = unit * dot(absolute(n2), convert_vec<T>(reach));
+  T const at_f = -dot(n1, origin), at_g = -dot(n2, origin);
+  PATCHRT_UNROLL
+  for (int k = 0; k < (M + 1) * (N + 1); ++k) {
+    vec3<T> const a = convert_vec<T>(patch.coefficients[k].point);
+    T const w = convert<T>(patch.coefficients[k].weight);
+    p.f[k] = fma(at_f, w, dot(n1, a));
+    p.g[k] = fma(at_g, w, dot(n2, a));
+  }
+  return p;
+}
+
 /// Lane i of the result is of lane index[i].
 template <scalar T, int M, int N>
 PATCHRT_INLINE projected_patch<T, M, N> permute(projected_patch<T, M, N> const& projected, std::int32_t const* index) {
@@ -73,7 +93,8 @@ template <scalar T, int M, int N> PATCHRT_INLINE bivariate<T> evaluate(projected
 /// A rectangle of the parameter square and how far the patch leaves its tangent plane there.
 ///
 /// The rectangle is |x - x0| <= half_x, |y - y0| <= half_y in centred parameters; `remainder` bounds each coordinate of
-/// S(x, y) - S(x0, y0) - (x - x0) S_x(x0, y0) - (y - y0) S_y(x0, y0) over it.
+/// S(x, y) - S(x0, y0) - (x - x0) S_x(x0, y0) - (y - y0) S_y(x0, y0) over it; of a rational patch, of that for its numerator and its
+/// denominator times any origin.
 template <scalar T> struct patch_cell {
   T x, y;
   T half_x, half_y;

@@ -43,16 +43,15 @@ inline constexpr int fused_width = 16;
 
 namespace detail {
 
-/// x or the next float above, for x >= 0 or infinite.
-template <class L> float round_up(L x) {
-  float const y = static_cast<float>(x);
-  return y < x ? std::nextafter(y, std::numeric_limits<float>::infinity()) : y;
+/// x in float, rounded up: two roundings down are made up for, for x >= 0 or infinite.
+template <scalar T, scalar S> PATCHRT_INLINE T round_up(S x) {
+  return convert<T>(x * S(lane_t<S>(1 + 0x1p-22))) + T(std::numeric_limits<float>::denorm_min());
 }
 
 /// One pack of rays: `rays` and `hits` hold N of each.
-template <accuracy A, bool AnyHit, int N, class R>
-void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hits, certainty* certainties,
-                std::uint32_t active, hierarchy_counts* counts) {
+template <accuracy A, bool AnyHit, int N, class Surface, class R>
+void fused_pack(basic_mixed_hierarchy_view<Surface> const& h, ray<R> const* rays, patch_hit* hits,
+                certainty* certainties, std::uint32_t active, hierarchy_counts* counts) {
   using T = pack<float, N>;
   using L = lane_t<search_scalar_t<A, T>>;
   static_assert(sizeof(ray<R>) == 8 * sizeof(R));
@@ -71,7 +70,7 @@ void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hi
     if (certainties) std::fill_n(certainties, N, certainty::certified);
   mask_t<T> const near = patchrt::detail::near_scene<T>(h, pack_of_rays) && mask_t<T>::from_bits(active);
   if (!any_of(near)) return;
-  patchrt::detail::hierarchy_search<A, T> search(h, pack_of_rays, near);
+  patchrt::detail::hierarchy_search<A, Surface, T> search(h, pack_of_rays, near);
   auto const& hit = search.template run<AnyHit>(counts);
   if constexpr (A == accuracy::certified) {
     std::uint32_t const tangent = hit.tangent.bits(), degenerate = hit.degenerate.bits();
@@ -83,22 +82,22 @@ void fused_pack(mixed_hierarchy_view const& h, ray<R> const* rays, patch_hit* hi
   }
   std::uint32_t valid = hit.valid.bits();
   if (valid == 0) return;
-  L t[N], u[N], v[N], error[N];
-  float patch[N];
+  L t[N], u[N], v[N];
+  float error[N], patch[N];
   hit.t.store(t);
   hit.u.store(u);
   hit.v.store(v);
-  hit.error.store(error);
+  round_up<T>(hit.error).store(error);
   hit.patch_bits.store(patch);
   for (; valid != 0; valid &= valid - 1) {
     int const i = std::countr_zero(valid);
-    hits[i] = {t[i], u[i], v[i], round_up(error[i]), std::bit_cast<std::int32_t>(patch[i])};
+    hits[i] = {t[i], u[i], v[i], error[i], std::bit_cast<std::int32_t>(patch[i])};
   }
 }
 
-template <accuracy A, bool AnyHit, class R, executor E>
-void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<R> const> rays, std::span<patch_hit> hits,
-                std::span<certainty> certainties, E const& exec, hierarchy_counts* counts) {
+template <accuracy A, bool AnyHit, class Surface, class R, executor E>
+void fused_list(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<ray<R> const> rays,
+                std::span<patch_hit> hits, std::span<certainty> certainties, E const& exec, hierarchy_counts* counts) {
   PATCHRT_EXPECTS(hits.size() == rays.size());
   PATCHRT_EXPECTS(certainties.empty() || certainties.size() == rays.size());
   exec.for_each_chunk(rays.size(), std::size_t(1024), [&](std::size_t begin, std::size_t end) {
@@ -107,16 +106,15 @@ void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<R> const> r
     hierarchy_counts* const c = counts ? &own : nullptr;
     std::size_t i = begin;
     for (; i + fused_width <= end; i += fused_width)
-      fused_pack<A, AnyHit, fused_width, R>(hierarchy, rays.data() + i, hits.data() + i,
-                                            certainties.empty() ? nullptr : certainties.data() + i, all, c);
+      fused_pack<A, AnyHit, fused_width>(hierarchy, rays.data() + i, hits.data() + i,
+                                         certainties.empty() ? nullptr : certainties.data() + i, all, c);
     if (i < end) {
       ray<R> last_rays[fused_width];
       patch_hit last_hits[fused_width];
       certainty last_certainties[fused_width];
       std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays),
                 last_rays + fused_width, rays[i]);
-      fused_pack<A, AnyHit, fused_width, R>(hierarchy, last_rays, last_hits, last_certainties, (1u << (end - i)) - 1u,
-                                            c);
+      fused_pack<A, AnyHit, fused_width>(hierarchy, last_rays, last_hits, last_certainties, (1u << (end - i)) - 1u, c);
       std::copy(last_hits, last_hits + (end - i), hits.begin() + std::ptrdiff_t(i));
       if (!certainties.empty())
         std::copy(last_certainties, last_certainties + (end - i), certainties.begin() + std::ptrdiff_t(i));
@@ -138,44 +136,46 @@ void fused_list(mixed_hierarchy_view const& hierarchy, std::span<ray<R> const> r
 /// null, is added to.
 /// \pre hits.size() == rays.size()
 /// \note Nigam & Narayanan 2012, section 5.1: the single step of the CPU, resuming the BVH with the hit's t.
-template <accuracy A = accuracy::refined, executor E>
-void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
-                  E const& exec, hierarchy_counts* counts = nullptr) {
+template <accuracy A = accuracy::refined, class Surface, executor E>
+void closest_hits(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<ray<double> const> rays,
+                  std::span<patch_hit> hits, E const& exec, hierarchy_counts* counts = nullptr) {
   detail::fused_list<A, false>(hierarchy, rays, hits, {}, exec, counts);
 }
 /// Rays in float, half as many bytes to read: their hits are those of the same rays in double.
-template <accuracy A = accuracy::refined, executor E>
-void closest_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
-                  E const& exec, hierarchy_counts* counts = nullptr) {
+template <accuracy A = accuracy::refined, class Surface, executor E>
+void closest_hits(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<ray<float> const> rays,
+                  std::span<patch_hit> hits, E const& exec, hierarchy_counts* counts = nullptr) {
   detail::fused_list<A, false>(hierarchy, rays, hits, {}, exec, counts);
 }
 
 /// The nearest hits at level `certified`, and what is proved of each answer, a miss included, in `certainties`.
 /// \pre hits.size() == rays.size() == certainties.size()
-template <executor E>
-void certified_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
-                    std::span<certainty> certainties, E const& exec, hierarchy_counts* counts = nullptr) {
+template <class Surface, executor E>
+void certified_hits(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<ray<double> const> rays,
+                    std::span<patch_hit> hits, std::span<certainty> certainties, E const& exec,
+                    hierarchy_counts* counts = nullptr) {
   detail::fused_list<accuracy::certified, false>(hierarchy, rays, hits, certainties, exec, counts);
 }
 /// The same for rays in float.
-template <executor E>
-void certified_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
-                    std::span<certainty> certainties, E const& exec, hierarchy_counts* counts = nullptr) {
+template <class Surface, executor E>
+void certified_hits(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<ray<float> const> rays,
+                    std::span<patch_hit> hits, std::span<certainty> certainties, E const& exec,
+                    hierarchy_counts* counts = nullptr) {
   detail::fused_list<accuracy::certified, false>(hierarchy, rays, hits, certainties, exec, counts);
 }
 
 /// Some hit of every ray that has one in (t_min, t_max), found sooner: what shadow rays ask.
 ///
 /// Which rays hit does not depend on executor, threads or order; which of its hits a ray reports does.
-template <accuracy A = accuracy::refined, executor E>
-void any_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<double> const> rays, std::span<patch_hit> hits,
-              E const& exec, hierarchy_counts* counts = nullptr) {
+template <accuracy A = accuracy::refined, class Surface, executor E>
+void any_hits(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<ray<double> const> rays,
+              std::span<patch_hit> hits, E const& exec, hierarchy_counts* counts = nullptr) {
   detail::fused_list<A, true>(hierarchy, rays, hits, {}, exec, counts);
 }
 /// The same for rays in float.
-template <accuracy A = accuracy::refined, executor E>
-void any_hits(mixed_hierarchy_view const& hierarchy, std::span<ray<float> const> rays, std::span<patch_hit> hits,
-              E const& exec, hierarchy_counts* counts = nullptr) {
+template <accuracy A = accuracy::refined, class Surface, executor E>
+void any_hits(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<ray<float> const> rays,
+              std::span<patch_hit> hits, E const& exec, hierarchy_counts* counts = nullptr) {
   detail::fused_list<A, true>(hierarchy, rays, hits, {}, exec, counts);
 }
 
