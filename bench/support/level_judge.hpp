@@ -39,19 +39,32 @@ inline double same_root(accuracy level, ray<double> const& r, model_size const& 
 /// A hit against the truth.
 struct hit_verdict {
   bool is_lost = false;          ///< there is a nearer root, neither grazing nor at an edge
-  bool is_lost_grazing = false;  ///< there is a nearer root, within 1e-4 of grazing but regular and inside
-  bool is_false = false;         ///< there is no root here
+  bool is_lost_grazing = false;  ///< there is a nearer root, within 1e-2 of grazing but regular and inside
+  bool is_false = false;         ///< there is no root here, and the ray passes S(u, v) by more than rounding
+  bool is_touch = false;         ///< there is no root here, but the ray passes S(u, v) within rounding
   bool is_number = true;
   std::optional<double> error{};  ///< distance of S(u, v) from the true hit, of hits on regular roots
   double ulps = 0;                ///< the same in epsilons of (the patch's diagonal + distance travelled)
   double cosine = 0;              ///< of the angle between ray and normal
 };
 
+/// Whether the ray passes S(u, v) of a hit within 32 epsilon of all lengths that take part.
+inline bool passes_within_rounding(bicubic_patch<double> const& patch, model_size const& size, accuracy level,
+                                   ray<double> const& r, patch_hit const& hit) {
+  real3 const d = real3(r.direction) / real(test::norm(r.direction));
+  real3 const chord = evaluate_exactly(patch, hit.u, hit.v).s - real3(r.origin);
+  double const beside = double(bench::length(chord - inner(chord, d) * d));
+  double const epsilon =
+      level == accuracy::fast ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
+  return beside <= 32 * epsilon * (size.diagonal + test::norm(r.origin - size.middle));
+}
+
 inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& size, accuracy level,
                              ray<double> const& r, std::span<test::oracle_root const> roots, patch_hit const& hit) {
   hit_verdict v;
   double const length = test::norm(r.direction), same = same_root(level, r, size);
   double const margin = level == accuracy::fast ? 1e-5 : 1e-12;
+  auto const is_steep = [](test::oracle_root const& root) { return root.is_certain(1e-2, 0); };
   auto const is_nearer = [&](test::oracle_root const& root) {
     return !((real(hit.t) - root.t) * real(length) <= real(same));
   };
@@ -59,8 +72,8 @@ inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& si
     if (!is_nearer(root)) break;
     bool const is_inside = root.edge_distance > margin * size.diagonal && root.end_distance * length > same;
     if (root.singular || !is_inside) continue;
-    v.is_lost = v.is_lost || root.is_certain(1e-4, 0);
-    v.is_lost_grazing = v.is_lost_grazing || (root.cos_angle > 1e-9 && !root.is_certain(1e-4, 0));
+    v.is_lost = v.is_lost || is_steep(root);
+    v.is_lost_grazing = v.is_lost_grazing || (root.cos_angle > 1e-9 && !is_steep(root));
   }
   if (!hit.valid()) return v;
   v.is_number = hit.t - hit.t == 0 && hit.u - hit.u == 0 && hit.v - hit.v == 0;
@@ -74,7 +87,11 @@ inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& si
   // Where the ray touches the patch its roots say little of where the hit is.
   double const grazing = nearest && nearest->cos_angle > 0 ? std::max(1., 1e-3 / nearest->cos_angle) : 1e3;
   v.is_false = !nearest || !(apart(*nearest) <= real(same * std::min(grazing, 1e3)));
-  if (v.is_false) return v;
+  if (v.is_false) {
+    v.is_touch = passes_within_rounding(scene[std::size_t(hit.patch)], size, level, r, hit);
+    v.is_false = !v.is_touch;
+    return v;
+  }
   for (auto const& root : roots)  // of two patches that share an edge, the hit's own
     if (root.patch == hit.patch && !root.singular && apart(root) <= real(same)) nearest = &root;
   if (nearest->singular || nearest->patch != hit.patch) return v;
