@@ -60,6 +60,9 @@
 #  include <patchrt/accel/build_sah.hpp>
 #  include <patchrt/accel/build_subpatch_tree.hpp>
 #  include <patchrt/accel/cull_back_faces.hpp>
+#  include <patchrt/accel/find_joins.hpp>
 #  include <patchrt/accel/subpatch_bounds.hpp>
 #  include <patchrt/shapes/nurbs.hpp>
+#  include <patchrt/trace/all_hits.hpp>
+#  include <patchrt/trace/patch_hit.hpp>
 #endif

@@ -26,7 +26,7 @@ TEST_CASE(
     }
     std::vector<subpatch_node> nodes(subpatch_node_count(depth));
     std::vector<subpatch_leaf> leaves(subpatch_leaf_count(depth));
-    auto const tree = build_subpatch_tree(net, alternating_splits(depth), nodes, leaves);
+    auto const tree = build_subpatch_tree(net, alternating_splits(depth), 0, nodes, leaves);
     for (std::uint32_t node = 1; node <= nodes.size(); ++node) {
       auto const cell = subpatch_cell(tree, node);
       int const points = int(10000 / nodes.size()) + 1;

@@ -4,6 +4,7 @@
 
 #include <patchrt/accel/build_sah.hpp>
 #include <patchrt/accel/build_subpatch_tree.hpp>
+#include <patchrt/accel/find_joins.hpp>
 #include <patchrt/accel/mixed_hierarchy.hpp>
 #include <patchrt/exec/executor.hpp>
 
@@ -25,6 +26,9 @@ struct mixed_hierarchy_options {
   int depth = -1;
   /// Radians, for depth -1.
   float max_turn = 0.7f;
+  /// Edges of neighbours that are no farther apart than this, in diagonals of the scene's box, join: a ray between them hits one
+  /// of the two. 0 takes every patch as it is.
+  double join_tolerance = 1e-6;
 };
 
 /// Patches ready for rays: owns what `basic_mixed_hierarchy_view` points to.
@@ -217,6 +221,11 @@ basic_mixed_hierarchy<Surface> build_mixed_hierarchy(std::span<Surface const> pa
   h.inverse_scale = std::ldexp(1.0, -exponent);
   h.half_extent = vec3<float>(half * h.inverse_scale) + vec3<float>(0x1p-19f);
 
+  if (!(options.join_tolerance >= 0 && options.join_tolerance <= 1e-3))
+    throw std::invalid_argument("build_mixed_hierarchy: expected a join_tolerance of 0 to 1e-3");
+  vec3<double> const across = scene.hi - scene.lo;
+  std::vector<edge_gaps> const gaps = find_joins(patches, options.join_tolerance * std::sqrt(dot(across, across)));
+
   h.search.resize(n);
   h.exact.resize(n);
   std::vector<bezier_patch<float, form::degree_u, form::degree_v>> nets(n);
@@ -233,6 +242,8 @@ basic_mixed_hierarchy<Surface> build_mixed_hierarchy(std::span<Surface const> pa
       e.size = std::max({e.size, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
       nets[i].control_points[k] = convert_vec<float>(p * h.inverse_scale);
     }
+    e.gaps = gaps[i];
+    h.search[i].gap = std::max({gaps[i].u0, gaps[i].u1, gaps[i].v0, gaps[i].v1}) * static_cast<float>(h.inverse_scale);
     detail::normalise_weights(e.patch);
     detail::fill_forms(e, h.search[i], h.inverse_scale);
     splits[i] = detail::choose_splits(nets[i], options);
@@ -250,7 +261,7 @@ basic_mixed_hierarchy<Surface> build_mixed_hierarchy(std::span<Surface const> pa
   std::vector<box<float>> boxes(n);
   exec.for_each(n, [&](std::size_t i) {
     subpatch_tree& tree = h.search[i].tree;
-    tree = build_subpatch_tree(detail::net_of(h.exact[i].patch, h.inverse_scale, nets[i]), splits[i],
+    tree = build_subpatch_tree(detail::net_of(h.exact[i].patch, h.inverse_scale, nets[i]), splits[i], h.search[i].gap,
                                std::span(h.nodes).subspan(first_node[i], first_node[i + 1] - first_node[i]),
                                std::span(h.leaves).subspan(first_leaf[i], first_leaf[i + 1] - first_leaf[i]));
     tree.first_node = static_cast<std::uint32_t>(first_node[i]);

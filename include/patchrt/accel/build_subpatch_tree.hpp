@@ -143,6 +143,15 @@ struct exact_subpatch_tree {
     for (int level = splits.depth - 1; level >= 0; --level) join_boxes(1u << level);
   }
 
+  /// Boxes that reach farther by `gap`.
+  void widen(float gap) {
+    for (int c = 0; c < 3; ++c)
+      for (unsigned k = 1; k < 2u << splits_.depth; ++k) {
+        lo[c][k] -= gap;
+        hi[c][k] += gap;
+      }
+  }
+
  private:
   bool is_along_v(int level) const { return (splits_.splits_v >> level & 1) != 0; }
 
@@ -263,13 +272,14 @@ constexpr std::uint32_t subpatch_leaf_count(int depth) { return 1u << depth; }
 /// rounded outward with an eighth of a step to spare, hundreds of times what float's rounding does to rays and nets of this size.
 /// Offsets in the result are left zero.
 ///
-/// `Net` is a bicubic patch in float, or any kind of patch in double.
+/// Boxes reach `gap` farther than the patch. `Net` is a bicubic patch in float, or any kind of patch in double.
 template <class Net>
-subpatch_tree build_subpatch_tree(Net const& patch, subpatch_splits splits, std::span<subpatch_node> nodes,
+subpatch_tree build_subpatch_tree(Net const& patch, subpatch_splits splits, float gap, std::span<subpatch_node> nodes,
                                   std::span<subpatch_leaf> leaves) {
   PATCHRT_EXPECTS(nodes.size() == subpatch_node_count(splits.depth));
   PATCHRT_EXPECTS(leaves.size() == subpatch_leaf_count(splits.depth));
-  detail::exact_subpatch_tree const exact(patch, splits);
+  detail::exact_subpatch_tree exact(patch, splits);
+  if (gap > 0) exact.widen(gap);
 
   subpatch_tree tree{};
   tree.depth = static_cast<std::uint8_t>(splits.depth);

@@ -20,7 +20,7 @@ namespace detail {
 /// its entry is beyond the nearest root, all in the same arithmetic; so a skipped box never held the answer. In the same way a
 /// root in float is left uncorrected where it is beyond the nearest by more than float's error, and counts only where the
 /// correction does not bring it nearer by more than that. Ties go to the smaller patch number, then u, then v.
-template <accuracy A, class Surface, scalar T> class hierarchy_search {
+template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class hierarchy_search {
  public:
   using S = search_scalar_t<A, T>;
   using TM = mask_t<T>;
@@ -28,8 +28,9 @@ template <accuracy A, class Surface, scalar T> class hierarchy_search {
 
   /// \pre some lane is in `active`
   template <class R>
-  PATCHRT_INLINE hierarchy_search(basic_mixed_hierarchy_view<Surface> const& hierarchy, ray<R> const& r, TM active)
-      : state_(hierarchy) {
+  PATCHRT_INLINE hierarchy_search(basic_mixed_hierarchy_view<Surface> const& hierarchy, ray<R> const& r, TM active,
+                                  Sink const& sink = {})
+      : state_(hierarchy, sink) {
     prepare({convert_vec<S>(r.origin), convert_vec<S>(r.direction), convert<S>(r.t_min), convert<S>(r.t_max)}, active);
   }
 
@@ -53,7 +54,7 @@ template <accuracy A, class Surface, scalar T> class hierarchy_search {
           return any_of(lanes);
         },
         [&](std::int32_t patch) PATCHRT_INLINE_LAMBDA {
-          patch_search<A, Surface, T>(state_, patch, lanes, entry, octant).run();
+          patch_search<A, Surface, T, Sink>(state_, patch, lanes, entry, octant).run();
           nearest = convert<T>(state_.nearest);
           if constexpr (AnyHit) {
             state_.active = state_.active && !convert<TM>(state_.hit.valid);
@@ -119,7 +120,7 @@ template <accuracy A, class Surface, scalar T> class hierarchy_search {
            most(state_.direction.z < T(0)) << 2;
   }
 
-  search_state<A, Surface, T> state_;
+  search_state<A, Surface, T, Sink> state_;
 };
 
 /// False only for lanes whose line misses the scene's box: the separating axes of line and box, which need no division. Rays
@@ -157,6 +158,16 @@ PATCHRT_INLINE lane_hit<search_scalar_t<A, T>, T> intersect(basic_mixed_hierarch
                                                             hierarchy_counts* counts = nullptr) {
   detail::hierarchy_search<A, Surface, T> search(hierarchy, r, active && detail::near_scene<T>(hierarchy, r));
   return search.template run<AnyHit>(counts);
+}
+
+/// All roots of one ray in (t_min, t_max), in no order, to `sink(patch, patch_root<double>)`; those on borders of sub-patches and
+/// on edges that patches share come more than once.
+template <accuracy A, class Surface, class R, class Sink>
+PATCHRT_INLINE void visit_roots(basic_mixed_hierarchy_view<Surface> const& hierarchy, ray<R> const& r,
+                                Sink const& sink) {
+  if (!detail::near_scene<float>(hierarchy, r)) return;
+  detail::hierarchy_search<A, Surface, float, Sink> search(hierarchy, r, true, sink);
+  (void)search.template run<false>(nullptr);
 }
 
 }  // namespace patchrt

@@ -18,6 +18,7 @@ template <class Surface> struct search_patch {
   typename surface_form<Surface>::template power<float> power;
   vec3<float>
       reach;  ///< bounds the sum of |coefficients|, and any ray's entry into the patch's box, times the weights' sum
+  float gap;  ///< the largest of the edges' gaps, in search space
   subpatch_tree tree;
 };
 

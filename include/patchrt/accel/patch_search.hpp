@@ -56,8 +56,12 @@ template <scalar S, scalar T> struct lane_hit {
 
 namespace detail {
 
-/// A ray, or one a lane, on its way through a mixed hierarchy: see `hierarchy_search`.
-template <accuracy A, class Surface, scalar T> struct search_state {
+/// Of all roots, only the nearest are kept.
+struct nearest_only {};
+
+/// A ray, or one a lane, on its way through a mixed hierarchy: see `hierarchy_search`. A `Sink` other than `nearest_only` is
+/// called with every root instead, `sink(patch, root)`, and none of them ends the search beyond it.
+template <accuracy A, class Surface, scalar T, class Sink = nearest_only> struct search_state {
   using S = search_scalar_t<A, T>;
 
   basic_mixed_hierarchy_view<Surface> const& hierarchy;
@@ -77,14 +81,16 @@ template <accuracy A, class Surface, scalar T> struct search_state {
   T touches_from,
       doubt_from;  // `certified` alone: the nearest t in search space of places that are tangent, and degenerate
   hierarchy_counts* counts = nullptr;
+  [[no_unique_address]] Sink sink;
 
-  PATCHRT_INLINE explicit search_state(basic_mixed_hierarchy_view<Surface> const& h) : hierarchy(h) {}
+  PATCHRT_INLINE explicit search_state(basic_mixed_hierarchy_view<Surface> const& h, Sink const& s = {})
+      : hierarchy(h), sink(s) {}
 
   PATCHRT_INLINE static unsigned lanes_on(mask_t<T> m) { return static_cast<unsigned>(std::popcount(mask_bits(m))); }
 };
 
 /// The rays of `state` in one patch.
-template <accuracy A, class Surface, scalar T> class patch_search {
+template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class patch_search {
   using form = surface_form<Surface>;
 
  public:
@@ -94,7 +100,7 @@ template <accuracy A, class Surface, scalar T> class patch_search {
   using L = lane_t<S>;
 
   /// `lanes` enter the patch's box at `entry`.
-  PATCHRT_INLINE patch_search(search_state<A, Surface, T>& state, std::int32_t patch, TM lanes, T entry,
+  PATCHRT_INLINE patch_search(search_state<A, Surface, T, Sink>& state, std::int32_t patch, TM lanes, T entry,
                               unsigned octant)
       : state_(state),
         patch_(patch),
@@ -152,6 +158,8 @@ template <accuracy A, class Surface, scalar T> class patch_search {
 
   PATCHRT_INLINE void make_projected() {
     projected_ = project(search_.power, reach(), origin_, state_.n1, state_.n2);
+    projected_.gap_f = T(search_.gap) * sum_of_magnitudes(state_.n1);
+    projected_.gap_g = T(search_.gap) * sum_of_magnitudes(state_.n2);
     if constexpr (A == accuracy::certified) {  // room for what rounding does to derivatives
       projected_.rounding_f = T(2) * projected_.rounding_f;
       projected_.rounding_g = T(2) * projected_.rounding_g;
@@ -235,7 +243,7 @@ template <accuracy A, class Surface, scalar T> class patch_search {
   ///
   /// Goes level by level, as many parts at a time as T has lanes, whosever they are: few rays meet a fold, but each has several
   /// parts.
-  template <bool Thorough, class Sink> PATCHRT_INLINE void subdivide(patch_part<T> const& cells, Sink&& sink) {
+  template <bool Thorough, class F> PATCHRT_INLINE void subdivide(patch_part<T> const& cells, F&& sink) {
     constexpr int N = lanes_v<T>;
     using list = part_list<N>;
     list lists[2];
@@ -275,9 +283,9 @@ template <accuracy A, class Surface, scalar T> class patch_search {
   }
 
   /// Gives the parts in `whole` to `sink` in the lanes that they are of, one a lane at a time.
-  template <class Sink>
+  template <class F>
   PATCHRT_INLINE void give_whole(unsigned whole, unsigned proved, std::int32_t const* lane, cell_verdict<T> const& v,
-                                 patch_part<T> const& part, Sink&& sink) {
+                                 patch_part<T> const& part, F&& sink) {
     while (whole != 0) {
       unsigned lanes = 0, proofs = 0;
       std::int32_t from[lanes_v<T>] = {};
@@ -367,7 +375,7 @@ template <accuracy A, class Surface, scalar T> class patch_search {
       // Beyond an edge as far as leads no further from the ray than rounding, and S(x, y) is.
       auto const is_within = [&](T const& at, vec3<T> const& tangent) {
         T const across = sum_of_magnitudes(cross(tangent, state_.direction));
-        return (abs(at) - T(1)) * across <= T(rounding) + off && abs(at) <= T(1 + 0x1p-10f);
+        return (abs(at) - T(1)) * across <= T(rounding + search_.gap) + off && abs(at) <= T(1 + 0x1p-10f);
       };
       root.valid = is_within(x, p.du) && is_within(y, p.dv);
       keep(w.entry, root, start_ - left.along, inside && root.valid);
@@ -383,7 +391,6 @@ template <accuracy A, class Surface, scalar T> class patch_search {
       patch_root<S> root;
       SM const proved = correct_parts(x, y, rows, inside, root);
       if constexpr (A == accuracy::certified) {
-        root.valid = root.valid && proved;
         root.error = S(2) * root.error;
         isolate_roots(inside && !convert<TM>(proved), {w.cell_x, w.cell_y, w.half_x, w.half_y, inside}, w.entry);
       }
@@ -418,13 +425,16 @@ template <accuracy A, class Surface, scalar T> class patch_search {
                             direction, P::get(state_.per_square, i), by_chords);
       auto const settled = steps.settled;
       auto const valid = r.valid;
-      if constexpr (A == accuracy::certified) {
-        scalar_parts<SM>::set(proved, i, valid && settled && is_proved(exact_, own, to_rows, steps));
-        r.valid = valid && !valid;  // what is not proved is isolated
-      }
-      if constexpr (A != accuracy::certified) r.valid = valid && !settled;
+      r.valid = valid && !settled;
       if (any_of(r.valid)) correct(exact_.patch, exact_.size, exact_.gaps, origin, direction, r);
-      auto const take = valid && settled;
+      if constexpr (A == accuracy::certified) {
+        // What is not proved is isolated; but for hits on an edge, which may be beyond it by its gap.
+        scalar_parts<SM>::set(proved, i, valid && settled && is_proved(exact_, own, to_rows, steps));
+        Q const zero(L(0)), one(L(1));
+        r.valid = r.valid && (r.u == zero || r.u == one || r.v == zero || r.v == one);
+      }
+      auto take = valid && settled;
+      if constexpr (A == accuracy::certified) take = scalar_parts<SM>::get(proved, i);
       r.t = select(take, by_chords.t, r.t);
       r.u = select(take, by_chords.u, r.u);
       r.v = select(take, by_chords.v, r.v);
@@ -517,6 +527,11 @@ template <accuracy A, class Surface, scalar T> class patch_search {
     // Not nearer than where they were looked for, so that what was skipped could not have held them.
     TM const behind_entry = entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
     found = found && convert<SM>(behind_entry) && state_.t_min < root.t;
+    if constexpr (!std::is_same_v<Sink, nearest_only>) {
+      static_assert(lanes_v<T> == 1);
+      if (found && root.t < hit.t) state_.sink(patch_, root);
+      return;
+    }
     SM nearer = found && root.t < hit.t;
     SM const same = found && root.t == hit.t && hit.valid;
     if (any_of(same)) nearer = nearer || (same && first_of_tie(root));
@@ -554,7 +569,7 @@ template <accuracy A, class Surface, scalar T> class patch_search {
     return convert<SM>(first);
   }
 
-  search_state<A, Surface, T>& state_;
+  search_state<A, Surface, T, Sink>& state_;
   std::int32_t patch_;
   search_patch<Surface> const& search_;
   exact_patch<Surface> const& exact_;

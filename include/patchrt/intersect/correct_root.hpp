@@ -146,6 +146,28 @@ PATCHRT_OUTLINE mask_t<S> correct_beside_pole(Patch const& patch, S rounding, ve
 }
 }  // namespace detail
 
+namespace detail {
+/// Of points on edges, those next to the ray: Gauss and Newton's method along the edge, three steps, for the lanes in `active`.
+template <scalar S, class Patch>
+PATCHRT_OUTLINE void slide_along_edges(Patch const& patch, vec3<S> const& origin, vec3<S> const& direction,
+                                       S per_square, S& u, S& v, mask_t<S> active) {
+  using L = lane_t<S>;
+  S const zero(L(0)), one(L(1));
+  for (int step = 0; step < 3; ++step) {
+    surface_point<S> const p = evaluate(patch, u, v);
+    vec3<S> const r = split_along(difference(origin, p.position), direction, per_square).beside;
+    vec3<S> const du = split_along(p.du, direction, per_square).beside;
+    vec3<S> const dv = split_along(p.dv, direction, per_square).beside;
+    auto const on_u = active && (u == zero || u == one);
+    auto const on_v = active && (v == zero || v == one);
+    S const to_v = select(on_u, step_within(v, dot(r, dv) / dot(dv, dv)), v);
+    // From a corner along one of its edges, not both.
+    u = select(on_v && to_v == v, step_within(u, dot(r, du) / dot(du, du)), u);
+    v = to_v;
+  }
+}
+}  // namespace detail
+
 /// How far beyond each edge of a patch its neighbours' edges may be, in the units of its control points: what a ray may pass an
 /// edge by and still count as one through it. 0 where the edges are the same curve.
 struct edge_gaps {
@@ -161,7 +183,7 @@ struct edge_gaps {
 /// about 4 ulp of (patch size + |origin|) over the cosine between ray and normal. Where a step would leave [0,1]^2, or the
 /// Jacobian tells it nothing (at a pole, where an edge is one point), or twelve passes do not suffice (the ray grazes, or
 /// just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size + |origin|), which covers S's own
-/// rounding, and on an edge within its gap besides: so a ray through a common edge of two patches finds one of them (`size` =
+/// rounding, and on an edge, at the edge's point next to the ray, within its gap besides: so a ray through a common edge of two patches finds one of them (`size` =
 /// the largest |coordinate| of the control points).
 /// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, class Patch>
@@ -207,6 +229,7 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
   }
   unsure = (unsure || moving) && root.valid;
   if (any_of(unsure)) {
+    detail::slide_along_edges(patch, origin, direction, per_square, u, v, unsure);
     surface_point<S> p = evaluate(patch, u, v);
     auto chord = detail::split_along(difference(p.position, origin), direction, per_square);
     auto const at = [&](S parameter, L side, float gap) {

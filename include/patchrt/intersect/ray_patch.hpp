@@ -23,6 +23,8 @@ template <scalar T, int M = 3, int N = 3> struct projected_patch {
   T g[(M + 1) * (N + 1)];
   T rounding_f;
   T rounding_g;
+  T gap_f = T(0);  ///< as much more may either function have at a point that still counts: see `edge_gaps`
+  T gap_g = T(0);
 };
 
 /// Projects `patch` on the planes through `origin` with normals n1 and n2: 96 fused operations a lane for a bicubic.
@@ -79,6 +81,8 @@ PATCHRT_INLINE projected_patch<T, M, N> permute(projected_patch<T, M, N> const& 
   }
   p.rounding_f = permute(projected.rounding_f, index);
   p.rounding_g = permute(projected.rounding_g, index);
+  p.gap_f = permute(projected.gap_f, index);
+  p.gap_g = permute(projected.gap_g, index);
   return p;
 }
 
@@ -119,8 +123,8 @@ PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T, M, N> const& p, vec
                                           vec3<T> const& abs_n2, patch_cell<T> const& c) {
   bivariate<T> const b = evaluate(p, c.x, c.y);
   scaled_step<T> const s = newton_step(b);
-  T const rf = dot(abs_n1, c.remainder) + p.rounding_f;
-  T const rg = dot(abs_n2, c.remainder) + p.rounding_g;
+  T const rf = dot(abs_n1, c.remainder) + (p.rounding_f + p.gap_f);
+  T const rg = dot(abs_n2, c.remainder) + (p.rounding_g + p.gap_g);
   T const det = abs(s.det);
   T const reach_x = fma(det, c.half_x, fma(abs(b.gy), rf, abs(b.fy) * rg));
   T const reach_y = fma(det, c.half_y, fma(abs(b.gx), rf, abs(b.fx) * rg));
@@ -155,7 +159,7 @@ template <int N, scalar T> PATCHRT_INLINE void shift_powers(T* c, int stride, T 
 }
 
 template <int M, int N, scalar T>
-PATCHRT_OUTLINE void expand_cell(T const* a, T const& rounding, T const& x, T const& y, T const& half_x,
+PATCHRT_OUTLINE void expand_cell(T const* a, T const& rounding, T const& gap, T const& x, T const& y, T const& half_x,
                                  T const& half_y, cell_expansion<T>& e) {
   T b[(M + 1) * (N + 1)];
   PATCHRT_UNROLL
@@ -165,7 +169,7 @@ PATCHRT_OUTLINE void expand_cell(T const* a, T const& rounding, T const& x, T co
   PATCHRT_UNROLL
   for (int l = 0; l <= N; ++l) shift_powers<M>(b + l, N + 1, x, half_x);
   T const slack = T(lane_t<T>(M + N)) * rounding;  // of slopes, a cell being no wider than the square
-  e = {b[0], b[N + 1], b[1], rounding, slack, slack};
+  e = {b[0], b[N + 1], b[1], rounding + gap, slack, slack};
   PATCHRT_UNROLL
   for (int k = 0; k <= M; ++k) PATCHRT_UNROLL
   for (int l = 0; l <= N; ++l) {
@@ -190,8 +194,8 @@ PATCHRT_OUTLINE void expand_cell(T const* a, T const& rounding, T const& x, T co
 template <scalar T, int M, int N>
 PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T, M, N> const& p, T x, T y, T half_x, T half_y) {
   detail::cell_expansion<T> f, g;
-  detail::expand_cell<M, N>(p.f, p.rounding_f, x, y, half_x, half_y, f);
-  detail::expand_cell<M, N>(p.g, p.rounding_g, x, y, half_x, half_y, g);
+  detail::expand_cell<M, N>(p.f, p.rounding_f, p.gap_f, x, y, half_x, half_y, f);
+  detail::expand_cell<M, N>(p.g, p.rounding_g, p.gap_g, x, y, half_x, half_y, g);
   scaled_step<T> const s = newton_step(bivariate<T>{f.value, f.by_x, f.by_y, g.value, g.by_x, g.by_y});
   T const det = abs(s.det);
   T const fx = abs(f.by_x), fy = abs(f.by_y), gx = abs(g.by_x), gy = abs(g.by_y);
@@ -219,7 +223,7 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T, M, N> const& p, T
   return v;
 }
 
-/// Newton's iterate, how far rounding may have moved it (to first order), the lanes that converged, and the steps that were taken.
+/// Newton's iterate, how far rounding may have moved it and the patch's gap may reach (to first order), the lanes that converged, and the steps that were taken.
 template <scalar T> struct newton_result {
   T x, y;
   T error_x, error_y;
@@ -238,6 +242,7 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T, M, N> const& p, T x, T
   T const eps(tolerance);
   auto converged = active && !active;
   T error_x(0), error_y(0), det(1);  // errors times |det|
+  T const off_f = p.rounding_f + p.gap_f, off_g = p.rounding_g + p.gap_g;
   int steps = 0;
   while (steps < max_steps && any_of(active)) {
     bivariate<T> const b = evaluate(p, x, y);
@@ -249,8 +254,8 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T, M, N> const& p, T x, T
     x = select(moving, x + step.dx, x);
     y = select(moving, y + step.dy, y);
     det = select(active, abs(s.det), det);
-    error_x = select(active, fma(abs(b.gy), p.rounding_f, abs(b.fy) * p.rounding_g), error_x);
-    error_y = select(active, fma(abs(b.gx), p.rounding_f, abs(b.fx) * p.rounding_g), error_y);
+    error_x = select(active, fma(abs(b.gy), off_f, abs(b.fy) * off_g), error_x);
+    error_y = select(active, fma(abs(b.gx), off_f, abs(b.fx) * off_g), error_y);
     converged = converged || (active && (is_short || at_root));
     T const away(lane_t<T>(1.5));
     active = active && !converged && abs(x) < away && abs(y) < away;
