@@ -229,7 +229,7 @@ class study {
 void write_picture(settings const& s) {
   auto const patches = load_bpt(s.model);
   model_size const size(patches);
-  camera const c = frame(patches, {0.4, -1, 0.5}, {0, 0, 1}, 40, 0.4);
+  camera const c = frame(patches, {0.4, -1, 0.5}, {0, 0, 1}, 40, 0.25);
   auto const rays = primary_rays(c, s.picture_size, s.picture_size);
   auto const truth = reference_answers(patches, rays);
   auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(patches), {}, serial{});
