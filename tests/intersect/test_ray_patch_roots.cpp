@@ -162,8 +162,8 @@ TEST_CASE(
     chord_rows<float> const rows = make_chord_rows(p, vec3<float>(direction));
     chord_rows<double> const wide{vec3<double>(rows.x), vec3<double>(rows.y), vec3<double>(rows.t), rows.per_cosine};
     patch_root<double> r;
-    if (!correct_by_chords(power, rounding, wide, 1., x, y, k.line.origin, direction, 1 / dot(direction, direction),
-                           r)) {
+    if (!correct_by_chords(power, rounding, wide, 1., x, y, k.line.origin, direction, 1 / dot(direction, direction), r)
+             .settled) {
       poor += from_float && k.root.cos_angle > 0.1;
       continue;
     }

@@ -34,9 +34,9 @@ template <class T> struct solve_kernel {
     correct(patches[i], T(2), edge_gaps(), r.origin, r.direction, root);
     surface_point<T> const p = evaluate(powers[i], n.x, n.y);
     patch_root<T> by_chords;
-    by_chords.valid =
-        n.converged && correct_by_chords(powers[i], T(0), make_chord_rows(p, r.direction), T(1), n.x, n.y, r.origin,
-                                         r.direction, T(1) / dot(r.direction, r.direction), by_chords);
+    auto const steps_taken = correct_by_chords(powers[i], T(0), make_chord_rows(p, r.direction), T(1), n.x, n.y,
+                                               r.origin, r.direction, T(1) / dot(r.direction, r.direction), by_chords);
+    by_chords.valid = n.converged && steps_taken.settled;
     patch_root<T> reference{T(0), T(0.5), T(0.5), T(0), start.possible};
     int const steps = solve_on_planes(patches[i], T(2), r.origin, r.direction, reference);
     T const zero(0);
