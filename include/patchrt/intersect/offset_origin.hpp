@@ -2,7 +2,8 @@
 #pragma once
 
 /// \file
-/// Where rays that leave a surface start: clear of it, whichever way they go, and no farther off than rounding asks for.
+/// Where rays that leave a surface start: clear of it, whichever way they go, and no farther off than rounding asks
+/// for.
 
 #include <patchrt/shapes/bezier_normal.hpp>
 #include <patchrt/shapes/power_patch.hpp>
@@ -63,10 +64,10 @@ template <scalar P> PATCHRT_INLINE P sum_of_coordinates(vec3<P> const& a) { retu
 /// S(u, v) as `depart_from` computes it, and what an intersector may be off by gets the rest: S by the power form is
 /// within 20 eps |s| (see `exact_patch`), `correct` takes what a ray passes within 32 eps (|origin| + max h), and an
 /// origin relative to the middle has |origin| <= |h|, and a rounding of it of eps |h| / 2.
-/// \note Near an edge the neighbours are to be cleared too: take the largest clearance of all, and add how far their edges
-///       are apart; a fold or crease that turns towards the ray is met all the same. `accuracy::fast` rounds rays in the
-///       whole scene's frame: take clearance<float>(patch) and 2^-19 times the scene's diagonal; its rays within a
-///       hundredth of the tangent plane may still report the surface they leave, with an `error` that says so.
+/// \note Near an edge the neighbours are to be cleared too: take the largest clearance of all, and add how far their
+///       edges are apart; a fold or crease that turns towards the ray is met all the same. `accuracy::fast` rounds rays
+///       in the whole scene's frame: take clearance<float>(patch) and 2^-19 times the scene's diagonal; its rays within
+///       a hundredth of the tangent plane may still report the surface they leave, with an `error` that says so.
 template <scalar T, scalar P, int M, int N> PATCHRT_HD T clearance(bezier_patch<P, M, N> const& patch) {
   using L = lane_t<P>;
   static_assert(M <= 5 && N <= 5);
