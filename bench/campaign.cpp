@@ -76,7 +76,7 @@ struct level_count {
   std::size_t invents = 0;      ///< hits where or before it is proved that there is none
   std::size_t not_numbers = 0;
   // of the rays that were judged in 113 bits
-  std::size_t lost = 0, lost_grazing = 0, false_hits = 0, touches = 0;
+  std::size_t lost = 0, lost_grazing = 0, false_hits = 0, touches = 0, joins = 0;
   std::size_t measured = 0;
   std::size_t beyond = 0;  ///< farther from the root than `error` says
   double most_ulps = 0;    ///< of hits whose angle has a cosine above 0.05
@@ -84,7 +84,7 @@ struct level_count {
 
   void add(level_count const& c) {
     hits += c.hits, misses_root += c.misses_root, invents += c.invents, not_numbers += c.not_numbers;
-    lost += c.lost, lost_grazing += c.lost_grazing, false_hits += c.false_hits, touches += c.touches;
+    lost += c.lost, lost_grazing += c.lost_grazing, false_hits += c.false_hits, touches += c.touches, joins += c.joins;
     measured += c.measured;
     beyond += c.beyond;
     most_ulps = std::max(most_ulps, c.most_ulps);
@@ -227,6 +227,7 @@ class campaign {
       l.lost_grazing += v.is_lost_grazing;
       l.false_hits += v.is_false;
       l.touches += v.is_touch;
+      l.joins += v.is_join;
       bool const is_wrong = is_certified && (v.is_lost || v.is_lost_grazing || v.is_false || v.is_touch);
       if (k == certified_index) c.wrong_certificates += is_wrong;
       if ((k == certified_index && is_wrong) || (k == refined_index && v.is_lost)) show(r, hit, roots, k);
@@ -272,9 +273,9 @@ void print(char const* family, family_count const& c) {
       family, c.rays, c.certified, c.tangent, c.degenerate, c.disagree, c.judged, c.wrong_certificates);
   for (std::size_t k = 0; k < levels.size(); ++k) {
     auto const& l = c.levels[k];
-    std::printf("    %-10s %9zu hits %9zu %8zu %5zu | %6zu %6zu %6zu %6zu %8zu %7zu %10.3g %10.3g\n", level_names[k],
-                l.hits, l.misses_root, l.invents, l.not_numbers, l.lost, l.lost_grazing, l.false_hits, l.touches,
-                l.measured, l.beyond, l.most_ulps, l.most_error);
+    std::printf("    %-10s %9zu hits %9zu %8zu %5zu | %6zu %6zu %6zu %6zu %6zu %8zu %7zu %10.3g %10.3g\n",
+                level_names[k], l.hits, l.misses_root, l.invents, l.not_numbers, l.lost, l.lost_grazing, l.false_hits,
+                l.touches, l.joins, l.measured, l.beyond, l.most_ulps, l.most_error);
   }
   std::fflush(stdout);
 }
@@ -285,8 +286,8 @@ void write(std::ofstream& out, std::string const& model, char const* family, fam
     out << model << ',' << family << ',' << level_names[k] << ',' << c.rays << ',' << c.certified << ',' << c.tangent
         << ',' << c.degenerate << ',' << c.disagree << ',' << c.judged << ',' << c.wrong_certificates << ',' << l.hits
         << ',' << l.misses_root << ',' << l.invents << ',' << l.not_numbers << ',' << l.lost << ',' << l.lost_grazing
-        << ',' << l.false_hits << ',' << l.touches << ',' << l.measured << ',' << l.beyond << ',' << l.most_ulps << ','
-        << l.most_error << ",\n";
+        << ',' << l.false_hits << ',' << l.touches << ',' << l.joins << ',' << l.measured << ',' << l.beyond << ','
+        << l.most_ulps << ',' << l.most_error << ",\n";
   }
 }
 
@@ -296,11 +297,13 @@ bool run(settings const& s) {
   if (!s.csv.empty()) {
     out.open(s.csv);
     out << "model,family,level,rays,certified,tangent,degenerate,disagree,judged,wrong_certificates,hits,misses_root,"
-           "invents,not_numbers,lost,lost_grazing,false_hits,touches,measured,beyond,most_ulps,most_error,cracks\n";
+           "invents,not_numbers,lost,lost_grazing,false_hits,touches,joins,measured,beyond,most_ulps,most_error,"
+           "cracks\n";
   }
   std::printf(
       "against certified answers: level, hits, goes by a proved root, hits where there is none, NaN | in 113 "
-      "bits: lost, lost within 1e-2 of grazing, false, touching within rounding, measured, beyond `error`, most ulps, "
+      "bits: lost, lost within 1e-2 of grazing, false, touching within rounding, across a join, measured, beyond "
+      "`error`, most ulps, "
       "most diagonals\n");
   bool holds = true;
   for (auto const& file : s.models) {
@@ -320,7 +323,7 @@ bool run(settings const& s) {
     for (std::size_t k = 0; k < levels.size(); ++k) {
       std::printf(" %s %zu", level_names[k], c.cracks[k]);
       if (out.is_open())
-        out << name << ",cracks," << level_names[k] << ',' << c.rays << ",,,,,,,,,,,,,,,,,,," << c.cracks[k] << '\n';
+        out << name << ",cracks," << level_names[k] << ',' << c.rays << ",,,,,,,,,,,,,,,,,,,," << c.cracks[k] << '\n';
     }
     holds = holds && c.cracks[refined_index] == 0 && c.cracks[certified_index] == 0;
     std::printf("\n  %.1f s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());

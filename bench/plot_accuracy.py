@@ -15,10 +15,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 LEVELS = ("fast", "refined", "certified", "reference")
 SOLVER_WORKLOADS = ("view", "silhouettes within 1e-3", "collapsed edges")
-STEPS_SHOWN = 6  # later ones are where these end
+STEPS_SHOWN = 12  # later ones are where these end
 
 
 def read(name):
@@ -26,10 +27,14 @@ def read(name):
         return list(csv.DictReader(file))
 
 
-def finish(axes, title, x, y):
+def finish(axes, title, x, y, legend="best"):
     axes.set(xscale="log", yscale="log", title=title, xlabel=x, ylabel=y)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", linewidth=0.3)
-    axes.legend(fontsize=7)
+    if legend:
+        axes.legend(fontsize=7, loc=legend)
 
 
 def draw_levels(axes, rows):
@@ -44,7 +49,9 @@ def draw_levels(axes, rows):
         axes.scatter([], [], color=color, label=level)
     for workload in workloads:
         axes.scatter([], [], color="gray", marker=marks[workload], label=workload)
-    finish(axes, "levels, by family of rays", "time a ray [ns]", "p99.9 of the error [diagonals]")
+    finish(axes, "levels, by family of rays", "time a ray [ns]", "p99.9 of the error [diagonals]", None)
+    axes.set_ylim(top=1e5)
+    axes.legend(fontsize=7, loc="upper center", ncol=3)
 
 
 def draw_solver(axes, rows, workload):
@@ -69,7 +76,7 @@ def draw_solver(axes, rows, workload):
         axes.scatter(x, y, color="black", marker="x" if row["study"] == "numbers" else "D", s=18, zorder=3)
         axes.annotate(name, (x, y), textcoords="offset points", xytext=(5, 3), fontsize=7)
     finish(axes, f"one root of one cell: {workload}", "time a root [ns], one lane",
-           "p99.9 of the error [diagonals]")
+           "p99.9 of the error [diagonals]", "lower left")
 
 
 def draw_front(axes, rows):

@@ -95,8 +95,8 @@ inline void write_rows(std::span<accuracy_row const> rows, std::filesystem::path
   out << "study,workload,method,number,value,ns,n,p50,p999,max,p50_ulp,p999_ulp,max_ulp,lost,false,nan\n";
   for (auto const& r : rows) {
     auto const& e = r.errors;
-    out << r.study << ',' << r.workload << ',' << r.method << ',' << r.number << ',' << r.value << ','
-        << r.nanoseconds() << ',' << e.diagonals.size();
+    for (auto const& text : {r.study, r.workload, r.method, r.number, r.value}) out << '"' << text << "\",";
+    out << r.nanoseconds() << ',' << e.diagonals.size();
     for (auto const* values : {&e.diagonals, &e.ulps})
       for (double q : {0.5, 0.999, 1.}) out << ',' << quantile(*values, q);
     out << ',' << e.lost << ',' << e.false_hits << ',' << e.not_numbers << '\n';

@@ -40,23 +40,24 @@ inline double same_root(accuracy level, ray<double> const& r, model_size const& 
 struct hit_verdict {
   bool is_lost = false;          ///< there is a nearer root, neither grazing nor at an edge
   bool is_lost_grazing = false;  ///< there is a nearer root, within 1e-2 of grazing but regular and inside
-  bool is_false = false;         ///< there is no root here, and the ray passes S(u, v) by more than rounding
-  bool is_touch = false;         ///< there is no root here, but the ray passes S(u, v) within rounding
+  bool is_false = false;         ///< there is no root here, nor is it any of the next two
+  bool is_join =
+      false;  ///< there is no root here, but S(u, v) is on an edge, and the ray passes it within the hit's `error`
+  bool is_touch = false;  ///< there is no root here, but the ray passes S(u, v) within rounding
   bool is_number = true;
   std::optional<double> error{};  ///< distance of S(u, v) from the true hit, of hits on regular roots
   double ulps = 0;                ///< the same in epsilons of (the patch's diagonal + distance travelled)
   double cosine = 0;              ///< of the angle between ray and normal
 };
 
-/// Whether the ray passes S(u, v) of a hit within 32 epsilon of all lengths that take part.
-inline bool passes_within_rounding(bicubic_patch<double> const& patch, model_size const& size, accuracy level,
-                                   ray<double> const& r, patch_hit const& hit) {
+/// How far the edges of patches that are joined may be apart, in diagonals.
+inline constexpr double widest_join = 2e-6;
+
+/// How far the ray's line passes S(u, v) of a hit.
+inline double distance_beside(bicubic_patch<double> const& patch, ray<double> const& r, patch_hit const& hit) {
   real3 const d = real3(r.direction) / real(test::norm(r.direction));
   real3 const chord = evaluate_exactly(patch, hit.u, hit.v).s - real3(r.origin);
-  double const beside = double(bench::length(chord - inner(chord, d) * d));
-  double const epsilon =
-      level == accuracy::fast ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
-  return beside <= 32 * epsilon * (size.diagonal + test::norm(r.origin - size.middle));
+  return double(bench::length(chord - inner(chord, d) * d));
 }
 
 inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& size, accuracy level,
@@ -88,8 +89,14 @@ inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& si
   double const grazing = nearest && nearest->cos_angle > 0 ? std::max(1., 1e-3 / nearest->cos_angle) : 1e3;
   v.is_false = !nearest || !(apart(*nearest) <= real(same * std::min(grazing, 1e3)));
   if (v.is_false) {
-    v.is_touch = passes_within_rounding(scene[std::size_t(hit.patch)], size, level, r, hit);
-    v.is_false = !v.is_touch;
+    double const epsilon = level == accuracy::fast ? double(std::numeric_limits<float>::epsilon())
+                                                   : std::numeric_limits<double>::epsilon();
+    double const rounding = 32 * epsilon * (size.diagonal + test::norm(r.origin - size.middle));
+    double const beside = distance_beside(scene[std::size_t(hit.patch)], r, hit);
+    bool const is_on_edge = hit.u == 0 || hit.u == 1 || hit.v == 0 || hit.v == 1;
+    v.is_touch = beside <= rounding;
+    v.is_join = !v.is_touch && is_on_edge && beside <= std::min(double(hit.error), widest_join * size.diagonal);
+    v.is_false = !v.is_touch && !v.is_join;
     return v;
   }
   for (auto const& root : roots)  // of two patches that share an edge, the hit's own
