@@ -16,8 +16,8 @@ endif()
 
 set(patchrt_warnings -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # False alarms of GCC 12 inside its own avx512fintrin.h.
-  list(APPEND patchrt_warnings -Wno-uninitialized -Wno-maybe-uninitialized)
+  # False alarms of GCC 12 inside its own avx512fintrin.h and, -Wrestrict, std::string's operator+ (its bug 105651).
+  list(APPEND patchrt_warnings -Wno-uninitialized -Wno-maybe-uninitialized -Wno-restrict)
 endif()
 # Clang 19 says this of its own -march=native on processors with AVX10.
 include(CheckCXXCompilerFlag)
