@@ -76,7 +76,9 @@ def draw_solver(axes, rows, workload):
         axes.scatter(x, y, color="black", marker="x" if row["study"] == "numbers" else "D", s=18, zorder=3)
         axes.annotate(name, (x, y), textcoords="offset points", xytext=(5, 3), fontsize=7)
     finish(axes, f"one root of one cell: {workload}", "time a root [ns], one lane",
-           "p99.9 of the error [diagonals]", "lower left")
+           "p99.9 of the error [diagonals]", None)
+    axes.set_ylim(top=1e3)
+    axes.legend(fontsize=6, loc="upper center", ncol=2)
 
 
 def draw_front(axes, rows):
@@ -117,11 +119,12 @@ def plot_study(rows, front, output):
 
 def draw_depth(axes, rows):
     rows = [row for row in rows if row["study"] == "depth" and row["workload"] == "random chords"]
+    hits = max(float(row["n"]) for row in rows)
     for method in ("refined", "reference"):
         points = sorted((int(row["value"]), row) for row in rows if row["method"] == method
                         and row["value"].isdigit())
         x = [float(row["ns"]) for _, row in points]
-        y = [max(float(row["lost"]) / (float(row["lost"]) + float(row["n"])), 1e-4) for _, row in points]
+        y = [max(float(row["lost"]) / hits, 1e-4) for _, row in points]
         axes.plot(x, y, "o-", markersize=4, linewidth=1, label=method)
         for (depth, _), px, py in zip(points, x, y):
             axes.annotate(str(depth), (px, py), textcoords="offset points", xytext=(4, 4), fontsize=7)
