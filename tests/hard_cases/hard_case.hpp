@@ -43,6 +43,10 @@ struct exact_root {
 /// The levels of accuracy, as sets.
 inline constexpr unsigned in_fast = 1u << int(accuracy::fast), in_refined = 1u << int(accuracy::refined),
                           in_certified = 1u << int(accuracy::certified), in_reference = 1u << int(accuracy::reference);
+/// `all_hits`, at any level.
+inline constexpr unsigned in_all_hits = 1u << 8;
+/// The same bits in every size.
+inline constexpr unsigned in_scales = 1u << 9;
 
 struct hard_case {
   std::string family;
