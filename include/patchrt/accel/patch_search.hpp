@@ -371,7 +371,10 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
       root.v = min(max(fma(y, T(0.5f), T(0.5f)), T(0)), T(1));
       float const rounding = 16 * std::numeric_limits<float>::epsilon() * sum_of_magnitudes(reach());
       T const off = sum_of_magnitudes(left.beside);
-      root.error = (off + T(rounding)) * rows.per_cosine / T(static_cast<float>(state_.hierarchy.inverse_scale));
+      T const far =
+          sum_of_magnitudes(state_.search_origin) + T(4) * state_.shift;  // what the ray itself was rounded by
+      root.error = fma(far, T(0x1p-21f), off + T(rounding)) * rows.per_cosine /
+                   T(static_cast<float>(state_.hierarchy.inverse_scale));
       // Beyond an edge as far as leads no further from the ray than rounding, and S(x, y) is.
       auto const is_within = [&](T const& at, vec3<T> const& tangent) {
         T const across = sum_of_magnitudes(cross(tangent, state_.direction));

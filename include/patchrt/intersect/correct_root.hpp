@@ -222,10 +222,12 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     unsure = (unsure && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
     S const leap(L(4));
     blind = (blind && !moving) || (moving && !(abs(du) < leap && abs(dv) < leap));
-    S const noise = rounding * abs(inverse) * S(L(0.125));  // of a step, over |across_v| or |across_u|
-    auto const is_noise = abs(du) <= noise * detail::sum_of_magnitudes(across_v) &&
-                          abs(dv) <= noise * detail::sum_of_magnitudes(across_u);
-    moving = moving && !is_noise && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
+    // Steps drown in rounding once the distance from the ray does. What steps say is right only if they account for that distance:
+    // they do not where the Jacobian is nearly singular and the ray just misses.
+    S const beside = detail::sum_of_magnitudes(detail::split_along(r, direction, per_square).beside);
+    unsure = unsure || (moving && !(beside <= fma(S(L(2)), detail::sum_of_magnitudes(step), rounding)));
+    moving =
+        moving && S(L(0.25)) * rounding < beside && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
   }
   unsure = (unsure || moving) && root.valid;
   if (any_of(unsure)) {
