@@ -120,9 +120,7 @@ bool same_hierarchy(mixed_hierarchy const& a, mixed_hierarchy const& b) {
          same_bytes(a.leaves, b.leaves) && same_bytes(a.exact, b.exact) && same(a.centre, b.centre) &&
          same(a.inverse_scale, b.inverse_scale) && same(a.half_extent, b.half_extent) &&
          std::equal(a.search.begin(), a.search.end(), b.search.begin(), b.search.end(),
-                    [&](search_patch const& x, search_patch const& y) {
-                      return same(x.power, y.power) && same_tree(x.tree, y.tree);
-                    });
+                    [&](auto const& x, auto const& y) { return same(x.power, y.power) && same_tree(x.tree, y.tree); });
 }
 
 }  // namespace
@@ -141,7 +139,7 @@ TEST_CASE("search space is the user's, its middle moved to 0 and scaled by a pow
     std::size_t outside = 0, elsewhere = 0, rounded = 0;
     double lo[3] = {1, 1, 1}, hi[3] = {-1, -1, -1};
     for (std::size_t i = 0; i < scene.patches.size(); ++i) {
-      exact_patch const& e = h.exact[i];
+      auto const& e = h.exact[i];
       double size = 0;
       for (int k = 0; k < 16; ++k)
         for (int c = 0; c < 3; ++c) {
@@ -175,7 +173,7 @@ TEST_CASE("a patch in powers is the user's surface about its base, to float's ro
     auto const h = build(scene.patches);
     real worst = 0;
     for (std::size_t i = 0; i < scene.patches.size(); ++i) {
-      exact_patch const& e = h.exact[i];
+      auto const& e = h.exact[i];
       for_samples({0, 0, 1, 1, {0, 0, 0}}, 40, g, [&](double u, double v) {
         auto const s = position(h.search[i].power, 2 * u - 1, 2 * v - 1);
         auto const user = plain_position(scene.patches[i], e.base, u, v);
@@ -208,7 +206,7 @@ TEST_CASE("every box of the hierarchy holds the user's surface under it, whereve
       }
       for (std::size_t i = 0; i < scene.patches.size(); ++i) {
         auto const& tree = h.search[i].tree;
-        exact_patch const& e = h.exact[i];
+        auto const& e = h.exact[i];
         for_samples({0, 0, 1, 1, {0, 0, 0}}, 40, g, [&](double u, double v) {
           auto const q = plain_position(scene.patches[i], h.centre, u, v);
           for (int c = 0; c < 3; ++c) {

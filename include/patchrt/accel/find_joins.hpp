@@ -164,7 +164,7 @@ inline std::vector<std::uint32_t> number_points(std::vector<vec3<double>> const&
 
 }  // namespace detail
 
-/// For every patch, how far its edges are from those that they join: edges of other patches (or of its own) that are within `tolerance`
+/// For every patch, how far its edges are from those that they join: edges of other patches (or, of a tube, its own) within `tolerance`
 /// all along, whole edges or, at T-junctions, parts of longer ones. 0 for edges that are alone.
 ///
 /// Edges with the same ends are compared by their control points, which bounds their distance; edges that are part of another, or
@@ -211,6 +211,10 @@ template <class Surface> std::vector<edge_gaps> find_joins(std::span<Surface con
                                 detail::distance_along(along_b, edge_at(a), along_a, tolerance));
         if (!(distance <= 2 * tolerance)) continue;
       }
+      // Two edges of one patch join where it is a tube, not where it is a sliver.
+      if (a / 4 == b / 4 &&
+          !(detail::distance_of(position(patches[a / 4], 0.5, 0.5), edge_at(a).at(0.5)) > 8 * distance))
+        continue;
       join(a, b, distance);
     }
 
@@ -236,7 +240,7 @@ template <class Surface> std::vector<edge_gaps> find_joins(std::span<Surface con
       std::size_t const a = left[i].edge, b = left[j].edge;
       double const distance = std::min(detail::distance_along(left[i].samples, edge_at(b), left[j].samples, tolerance),
                                        detail::distance_along(left[j].samples, edge_at(a), left[i].samples, tolerance));
-      if (distance <= tolerance) join(a, b, 2 * distance);
+      if (a / 4 != b / 4 && distance <= tolerance) join(a, b, 2 * distance);
     }
 
   auto const up = [](double x) { return static_cast<float>(x * (1 + 0x1p-20)); };

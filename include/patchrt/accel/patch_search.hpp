@@ -395,6 +395,9 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
       SM const proved = correct_parts(x, y, rows, inside, root);
       if constexpr (A == accuracy::certified) {
         root.error = S(2) * root.error;
+        // A hit on an edge that grazes it may be two roots, or none.
+        TM const touches = convert<TM>(root.valid && !(root.error < S(exact_.size * 0x1p-20)));
+        state_.touches_from = select(touches, min(entry_ + along, state_.touches_from), state_.touches_from);
         isolate_roots(inside && !convert<TM>(proved), {w.cell_x, w.cell_y, w.half_x, w.half_y, inside}, w.entry);
       }
       root.t = root.t * state_.per_scaled;
@@ -475,10 +478,11 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
 
   /// A root, or a place that may be one, of the ray in lane `on`.
   PATCHRT_INLINE void keep_certified(certified_root<L> const& found, TM on, T entry) {
-    if (found.kind != root_kind::simple) {
+    bool const is_vague = found.root.valid && !(found.root.error < L(0x1p-20 * exact_.size));
+    if (found.kind != root_kind::simple || is_vague) {
       S const earliest = fma(S(found.earliest) * state_.per_scaled, state_.to_search, -state_.shift);
       T const from = max(convert<T>(earliest), max(entry + entry_, entry_));
-      T& nearest_of_kind = found.kind == root_kind::multiple ? state_.touches_from : state_.doubt_from;
+      T& nearest_of_kind = found.kind == root_kind::degenerate ? state_.doubt_from : state_.touches_from;
       nearest_of_kind = select(on, min(from, nearest_of_kind), nearest_of_kind);
     }
     if (!found.root.valid) return;

@@ -195,7 +195,7 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
   S const per_square = one / dot(direction, direction);
   S u = min(max(root.u, zero), one), v = min(max(root.v, zero), one);
   auto moving = root.valid;
-  auto unsure = moving && !moving, blind = unsure;
+  auto unsure = moving && !moving;
   S last = zero;
   vec3<S> normal(zero, zero, zero);
   for (int pass = 0; pass < 12 && any_of(moving); ++pass) {
@@ -220,8 +220,6 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     last = select(moving, detail::sum_of_magnitudes(step) * detail::rate(second, first), last);
     normal = select(moving, cross(p.du, p.dv), normal);
     unsure = (unsure && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
-    S const leap(L(4));
-    blind = (blind && !moving) || (moving && !(abs(du) < leap && abs(dv) < leap));
     // Steps drown in rounding once the distance from the ray does. What steps say is right only if they account for that distance:
     // they do not where the Jacobian is nearly singular and the ray just misses.
     S const beside = detail::sum_of_magnitudes(detail::split_along(r, direction, per_square).beside);
@@ -249,7 +247,7 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     S const edge(L(0x1p-20));
     p = evaluate(patch, min(max(u, edge), one - edge), min(max(v, edge), one - edge));
     normal = select(unsure, cross(p.du, p.dv), normal);
-    root.t = select((unsure && blind) || at_pole, chord.along, root.t);
+    root.t = select(unsure, chord.along, root.t);
     last = select(unsure, detail::sum_of_magnitudes(chord.beside), last);
     root.valid = root.valid && (!unsure || found);
   }

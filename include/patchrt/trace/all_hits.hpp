@@ -42,8 +42,10 @@ placed_hit place(basic_mixed_hierarchy_view<Surface> const& h, std::int32_t patc
 
 /// Whether two hits are one: on one patch, or on two of them at an edge that they share, and no farther apart than they may be off.
 inline bool is_same(placed_hit const& a, placed_hit const& b) {
-  double const spare = a.error + b.error + a.gap + b.gap;
-  if (a.hit.patch != b.hit.patch && (a.edge > spare || b.edge > spare)) return false;
+  bool const one_patch = a.hit.patch == b.hit.patch;
+  bool const across = std::fabs(a.hit.u - b.hit.u) > 0.5 || std::fabs(a.hit.v - b.hit.v) > 0.5;  // of a tube
+  double const spare = a.error + b.error + (one_patch && !across ? 0 : a.gap + b.gap);
+  if (!one_patch && (a.edge > spare || b.edge > spare)) return false;
   vec3<double> const d = a.position - b.position;
   return std::sqrt(dot(d, d)) <= spare;
 }
