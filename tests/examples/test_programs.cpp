@@ -152,7 +152,7 @@ TEST_CASE("bad input ends a program with status 1 and one line that says what is
       {query + "$teapot" + asked + " --threads two", "got 'two'"},
       {query + "$teapot" + asked + " --repeat 0", "--repeat: expected a number of runs from 1 to 1000000, got '0'"},
       {query + "$teapot" + asked + " --repeat 1e9", "got '1e9'"},
-      {query + "$teapot" + asked + " --accuracy best", "--accuracy: best not in {fast,refined,reference}"},
+      {query + "$teapot" + asked + " --accuracy best", "--accuracy: best not in {fast,refined,certified,reference}"},
       {render + "$teapot -o t.png --size 0x0",
        "--size: expected WIDTHxHEIGHT, 1 to 65536 a side and 2^28 pixels at most, got '0x0'"},
       {render + "$teapot -o t.png --size 65537x1", "got '65537x1'"},
@@ -214,7 +214,7 @@ TEST_CASE("a query answers every ray with a point of a patch, the JSON says how"
   auto const rays = random_rays(5000, seed);
   write_rays(folder / "rays", rays);
   auto const patches = load_bpt(test::project_data("teapot.bpt"));
-  for (std::string const level : {"fast", "refined", "reference"}) {
+  for (std::string const level : {"fast", "refined", "certified", "reference"}) {
     auto const got = run(folder, query + "$teapot --rays rays --hits hits --repeat 3 --json --accuracy " + level);
     CAPTURE(level, got.err);
     REQUIRE(got.status == 0);
@@ -267,7 +267,7 @@ TEST_CASE("hits do not depend on the number of threads") {
   auto const seed = std::random_device()();
   CAPTURE(seed);
   write_rays(folder / "rays", random_rays(20000, seed));
-  for (std::string const level : {"fast", "refined", "reference"}) {
+  for (std::string const level : {"fast", "refined", "certified", "reference"}) {
     CAPTURE(level);
     REQUIRE(run(folder, query + "$teapot --rays rays --hits one --threads 1 --accuracy " + level).status == 0);
     REQUIRE(run(folder, query + "$teapot --rays rays --hits two --threads 2 --accuracy " + level).status == 0);
@@ -319,7 +319,7 @@ TEST_CASE("rays that are none are misses beside rays that hit") {
     r = {nowhere, nowhere, not_a_number, not_a_number};
   });
   write_rays(folder / "rays", rays);
-  for (std::string const level : {"fast", "refined", "reference"})
+  for (std::string const level : {"fast", "refined", "certified", "reference"})
     for (std::string const any : {"", " --any"}) {
       CAPTURE(level, any);
       REQUIRE(run(folder, query + "$teapot --rays rays --hits hits --accuracy " + level + any).status == 0);
@@ -433,7 +433,7 @@ TEST_CASE("the accuracy table has a row a level, errors falling from fast to ref
   std::getline(lines, line);
   std::getline(lines, line);
   std::vector<double> rms;
-  for (std::string const level : {"fast", "refined", "reference"}) {
+  for (std::string const level : {"fast", "refined", "certified", "reference"}) {
     std::string name;
     double rate, hits, error;
     REQUIRE((lines >> name >> rate >> hits >> error));

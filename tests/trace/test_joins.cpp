@@ -119,7 +119,7 @@ TEST_CASE("gaps are 0 on edges that are alone or the same, and bound how far oth
   for (auto& c : scene[4].control_points) c += by;  // the middle one
   gaps = find_joins(std::span<bicubic_patch<double> const>(scene), 1e-6);
   double const moved = norm(by);
-  for (float const gap :
+  for (double const gap :
        {gaps[4].u0, gaps[4].u1, gaps[4].v0, gaps[4].v1, gaps[1].u1, gaps[7].u0, gaps[3].v1, gaps[5].v0}) {
     CHECK(gap >= moved * 0.999999);
     CHECK(gap <= moved * 1.01);

@@ -243,7 +243,7 @@ template <class Surface> std::vector<edge_gaps> find_joins(std::span<Surface con
       if (a / 4 != b / 4 && distance <= tolerance) join(a, b, 2 * distance);
     }
 
-  auto const up = [](double x) { return static_cast<float>(x * (1 + 0x1p-20)); };
+  auto const up = [](double x) { return x * (1 + 0x1p-20); };
   for (std::size_t i = 0; i < patches.size(); ++i)
     gaps[i] = {up(gap[4 * i]), up(gap[4 * i + 1]), up(gap[4 * i + 2]), up(gap[4 * i + 3])};
   return gaps;

@@ -396,7 +396,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
       if constexpr (A == accuracy::certified) {
         root.error = S(2) * root.error;
         // A hit on an edge that grazes it may be two roots, or none.
-        TM const touches = convert<TM>(root.valid && !(root.error < S(exact_.size * 0x1p-20)));
+        TM const touches = convert<TM>(root.valid && !proved && !(root.error < S(exact_.size)));
         state_.touches_from = select(touches, min(entry_ + along, state_.touches_from), state_.touches_from);
         isolate_roots(inside && !convert<TM>(proved), {w.cell_x, w.cell_y, w.half_x, w.half_y, inside}, w.entry);
       }
@@ -478,7 +478,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
 
   /// A root, or a place that may be one, of the ray in lane `on`.
   PATCHRT_INLINE void keep_certified(certified_root<L> const& found, TM on, T entry) {
-    bool const is_vague = found.root.valid && !(found.root.error < L(0x1p-20 * exact_.size));
+    bool const is_vague = found.root.valid && !(found.root.error < std::numeric_limits<L>::infinity());
     if (found.kind != root_kind::simple || is_vague) {
       S const earliest = fma(S(found.earliest) * state_.per_scaled, state_.to_search, -state_.shift);
       T const from = max(convert<T>(earliest), max(entry + entry_, entry_));

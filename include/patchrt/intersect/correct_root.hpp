@@ -171,7 +171,7 @@ PATCHRT_OUTLINE void slide_along_edges(Patch const& patch, vec3<S> const& origin
 /// How far beyond each edge of a patch its neighbours' edges may be, in the units of its control points: what a ray may pass an
 /// edge by and still count as one through it. 0 where the edges are the same curve.
 struct edge_gaps {
-  float u0 = 0, u1 = 0, v0 = 0, v1 = 0;  ///< at u = 0, u = 1, v = 0, v = 1
+  double u0 = 0, u1 = 0, v0 = 0, v1 = 0;  ///< at u = 0, u = 1, v = 0, v = 1
 };
 
 /// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one with the same
@@ -203,12 +203,13 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     vec3<S> const across_v = cross(p.dv, direction);
     vec3<S> const across_u = cross(direction, p.du);
     S const inverse = one / dot(p.du, across_v);
-    vec3<S> r = difference(origin, p.position);
-    S const first_u = detail::step_within(u, dot(r, across_v) * inverse);
-    S const first_v = detail::step_within(v, dot(r, across_u) * inverse);
-    r = difference(origin, position(patch, first_u, first_v));
-    S const du = dot(r, across_v) * inverse;
-    S const dv = dot(r, across_u) * inverse;
+    // Without what is along the ray, or its rounding would come into u and v apart from each other, and grow.
+    auto left = detail::split_along(difference(origin, p.position), direction, per_square);
+    S const first_u = detail::step_within(u, dot(left.beside, across_v) * inverse);
+    S const first_v = detail::step_within(v, dot(left.beside, across_u) * inverse);
+    left = detail::split_along(difference(origin, position(patch, first_u, first_v)), direction, per_square);
+    S const du = dot(left.beside, across_v) * inverse;
+    S const dv = dot(left.beside, across_u) * inverse;
     S const second_u = detail::step_within(first_u, du);
     S const second_v = detail::step_within(first_v, dv);
     S const first = max(abs(first_u - u), abs(first_v - v));
@@ -216,13 +217,13 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     u = select(moving, second_u, u);
     v = select(moving, second_v, v);
     vec3<S> const step = fma(du, p.du, scale(p.dv, dv));
-    root.t = select(moving, dot(difference(step, r), direction) * per_square, root.t);  // to the corrected point
+    root.t = select(moving, fma(dot(step, direction), per_square, -left.along), root.t);  // to the corrected point
     last = select(moving, detail::sum_of_magnitudes(step) * detail::rate(second, first), last);
     normal = select(moving, cross(p.du, p.dv), normal);
     unsure = (unsure && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
     // Steps drown in rounding once the distance from the ray does. What steps say is right only if they account for that distance:
     // they do not where the Jacobian is nearly singular and the ray just misses.
-    S const beside = detail::sum_of_magnitudes(detail::split_along(r, direction, per_square).beside);
+    S const beside = detail::sum_of_magnitudes(left.beside);
     unsure = unsure || (moving && !(beside <= fma(S(L(2)), detail::sum_of_magnitudes(step), rounding)));
     moving =
         moving && S(L(0.25)) * rounding < beside && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
@@ -232,7 +233,7 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     detail::slide_along_edges(patch, origin, direction, per_square, u, v, unsure);
     surface_point<S> p = evaluate(patch, u, v);
     auto chord = detail::split_along(difference(p.position, origin), direction, per_square);
-    auto const at = [&](S parameter, L side, float gap) {
+    auto const at = [&](S parameter, L side, double gap) {
       return select(parameter == S(side), S(static_cast<L>(gap)), zero);
     };
     S const gap = max(max(at(u, L(0), gaps.u0), at(u, L(1), gaps.u1)), max(at(v, L(0), gaps.v0), at(v, L(1), gaps.v1)));
