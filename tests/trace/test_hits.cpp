@@ -101,7 +101,9 @@ comparison compare(patch_list const& scene, ray_list const& rays, std::vector<pa
 }
 
 template <accuracy A> comparison compare(patch_list const& scene, ray_list const& rays, demand const& asked) {
-  auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(scene), {}, serial{});
+  mixed_hierarchy_options options;
+  options.join_tolerance = 0;  // the patches as they are: gaps of files are no surface
+  auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(scene), options, serial{});
   std::vector<patch_hit> hits(rays.size());
   trace::closest_hits<A>(h.view(), std::span<ray<double> const>(rays), std::span(hits), serial{});
   return compare(scene, rays, hits, asked);

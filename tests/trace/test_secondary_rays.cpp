@@ -173,7 +173,9 @@ struct inward_count {
 inward_count look_inside(patch_list const& scene, ray_list const& from_outside, int count, accuracy level, double gap,
                          double least_cos, unsigned seed) {
   std::mt19937 g(seed);
-  auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(scene), {}, serial{});
+  mixed_hierarchy_options options;
+  options.join_tolerance = 0;  // the patches as they are: gaps of files are no surface
+  auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(scene), options, serial{});
   oracle const truth(numbers_of(scene));
   double clear = 0;  // of every neighbour
   for (auto const& p : scene) clear = std::max(clear, clearance<double>(p));
