@@ -82,13 +82,17 @@ template <class Generator> ray_list view_rays(patch_list const& scene, int views
   return rays;
 }
 
+template <class Generator> vec3<double> random_point(scene_ball const& ball, Generator& g) {
+  double const distance = ball.radius * uniform(g);  // before the direction, whatever the compiler
+  return ball.middle + random_direction(g) * distance;
+}
+
 /// Whole lines through two random points of the scene's ball.
 template <class Generator> ray_list chords(patch_list const& scene, int count, Generator& g) {
   auto const ball = ball_of(scene);
   ray_list rays;
   for (int k = 0; k < count; ++k) {
-    vec3<double> const a = ball.middle + random_direction(g) * (ball.radius * uniform(g));
-    vec3<double> const b = ball.middle + random_direction(g) * (ball.radius * uniform(g));
+    vec3<double> const a = random_point(ball, g), b = random_point(ball, g);
     rays.push_back({a, b - a, -no_limit, no_limit});
   }
   return rays;
@@ -118,7 +122,42 @@ template <class Generator> ray_list bounces(patch_list const& scene, int count, 
   ray_list rays;
   for (int k = 0; k < count; ++k) {
     auto const& p = scene[g() % scene.size()];
-    rays.push_back({evaluate(p, uniform(g), uniform(g)).position, random_direction(g), 1e-4 * ball.radius, no_limit});
+    double const v = uniform(g), u = uniform(g);
+    rays.push_back({evaluate(p, u, v).position, random_direction(g), 1e-4 * ball.radius, no_limit});
+  }
+  return rays;
+}
+
+/// Rays that pass a random point of a patch at an angle of up to `most` to its tangent plane.
+template <class Generator> ray_list rays_along_tangents(patch_list const& scene, int count, double most, Generator& g) {
+  auto const ball = ball_of(scene);
+  ray_list rays;
+  while (int(rays.size()) < count) {
+    double const v = uniform(g), u = uniform(g);
+    auto const s = evaluate(scene[g() % scene.size()], u, v);
+    vec3<double> const normal = cross(s.du, s.dv);
+    vec3<double> const along = cross(normal, random_direction(g));
+    if (!(norm(along) > 1e-12 * ball.radius * ball.radius)) continue;
+    vec3<double> const d = along / norm(along) + normal / norm(normal) * (most * uniform(g, -1, 1));
+    rays.push_back({s.position - d * (ball.radius * uniform(g, 0.5, 3)), d, 0, no_limit});
+  }
+  return rays;
+}
+
+/// Rays through random points of the scene's ball that start `distance` radii before them, in random directions or in
+/// those of the axes.
+template <class Generator>
+ray_list rays_through_ball(patch_list const& scene, int count, double distance, bool along_axes, Generator& g) {
+  auto const ball = ball_of(scene);
+  ray_list rays;
+  for (int k = 0; k < count; ++k) {
+    vec3<double> d = random_direction(g);
+    vec3<double> const aim = random_point(ball, g);
+    if (along_axes) {
+      double const side = d.x < 0 ? -1 : 1;
+      d = {k % 3 == 0 ? side : 0, k % 3 == 1 ? side : 0, k % 3 == 2 ? side : 0};
+    }
+    rays.push_back({aim - d * (distance * ball.radius), d, 0, no_limit});
   }
   return rays;
 }

@@ -15,45 +15,6 @@ using namespace patchrt::test;
 
 namespace {
 
-/// Rays that touch the scene at a point of a patch, or pass it at an angle of up to `most`.
-template <class Generator> ray_list rays_at_silhouettes(patch_list const& scene, int count, double most, Generator& g) {
-  auto const ball = ball_of(scene);
-  ray_list rays;
-  while (int(rays.size()) < count) {
-    auto const& p = scene[g() % scene.size()];
-    auto const s = evaluate(p, uniform(g), uniform(g));
-    vec3<double> const normal = cross(s.du, s.dv);
-    if (!(norm(normal) > 1e-12)) continue;
-    vec3<double> const along = cross(normal, random_direction(g));
-    vec3<double> const way = along / norm(along) + normal / norm(normal) * (most * uniform(g, -1, 1));
-    rays.push_back({s.position - way * (ball.radius * uniform(g, 0.5, 3)), way, 0, no_limit});
-  }
-  return rays;
-}
-
-template <class Generator> ray_list axis_parallel_rays(patch_list const& scene, int count, Generator& g) {
-  auto const ball = ball_of(scene);
-  ray_list rays;
-  for (int k = 0; k < count; ++k) {
-    vec3<double> way(0.0);
-    way[k % 3] = k & 8 ? 1 : -1;
-    rays.push_back(
-        {ball.middle + random_direction(g) * (ball.radius * uniform(g)) - way * (3 * ball.radius), way, 0, no_limit});
-  }
-  return rays;
-}
-
-template <class Generator> ray_list rays_from_afar(patch_list const& scene, int count, Generator& g) {
-  auto const ball = ball_of(scene);
-  ray_list rays;
-  for (int k = 0; k < count; ++k) {
-    vec3<double> const way = random_direction(g);
-    rays.push_back(
-        {ball.middle + random_direction(g) * (ball.radius * uniform(g)) - way * (2e4 * ball.radius), way, 0, no_limit});
-  }
-  return rays;
-}
-
 /// What certificates and bounds were worth, over a list of rays.
 struct certificate_count {
   int certified = 0, tangent = 0, degenerate = 0;
@@ -120,10 +81,10 @@ void check_certificates(std::string const& name, patch_list const& scene, unsign
                              {"chords", chords(scene, 500, g), 0.99},
                              {"edges and corners", rays_at_edges(scene, 500, g), 0.8},
                              {"bounces", bounces(scene, 300, g), 0.99},
-                             {"within 1e-3 of silhouettes", rays_at_silhouettes(scene, 500, 1e-3, g), 0.9},
-                             {"tangent", rays_at_silhouettes(scene, 300, 0, g), 0.0},
-                             {"axis-parallel", axis_parallel_rays(scene, 300, g), 0.99},
-                             {"from 1e4 diagonals away", rays_from_afar(scene, 300, g), 0.99}};
+                             {"within 1e-3 of silhouettes", rays_along_tangents(scene, 500, 1e-3, g), 0.9},
+                             {"tangent", rays_along_tangents(scene, 300, 0, g), 0.0},
+                             {"axis-parallel", rays_through_ball(scene, 300, 3, true, g), 0.99},
+                             {"from 1e4 diagonals away", rays_through_ball(scene, 300, 2e4, false, g), 0.99}};
   for (family const& f : families) {
     certificate_count const c = judge(scene, f.rays);
     std::cout << name << ", " << f.name << ": " << f.rays.size() << " rays, " << c.certified << " certified, "
