@@ -25,8 +25,7 @@ template <class T, int M, int N> void hold_stated_bounds(int patches, int points
   unsigned const seed = unsigned(100 * M + N);
   std::mt19937 g(seed);
   std::uniform_real_distribution<double> parameter(0, 1);
-  double worst = 0, worst_tangent = 0, worst_cut = 0, worst_part = 0;
-  rational const eps(std::numeric_limits<T>::epsilon());
+  double worst = 0, worst_tangent = 0;
   for (int k = 0; k < patches; ++k) {
     auto p = random_rational<T, M, N>(g, k % 4);
     for (auto& c : p.control_points) c.point.x += T(k % 5);
@@ -42,32 +41,17 @@ template <class T, int M, int N> void hold_stated_bounds(int patches, int points
                                 error_ratio(s.dv, slope_v(q, ru, rv), N * slope)});
       REQUIRE(position(p, u, v) == s.position);
     }
-    T const a = T(parameter(g)), b = T(parameter(g)), c = T(parameter(g)), d = T(parameter(g));
-    rational const ra(a), rb(b), rc(c), rd(d), half(1, 2);
-    auto const hu = split_u(p), cu = split_u(p, a), cv = split_v(p, b);
-    rational const u_bound = M * (M + 2) * eps * m, v_bound = N * (N + 2) * eps * m, l = M + N;
-    worst_cut = std::max({worst_cut, error_ratio(hu.first, part_u(q, 0, half), u_bound, 2 * M * eps),
-                          error_ratio(split_v(p).second, part_v(q, half, 1), v_bound, 2 * N * eps),
-                          error_ratio(cu.first, part_u(q, 0, ra), u_bound, 2 * M * eps),
-                          error_ratio(cu.second, part_u(q, ra, 1), u_bound, 2 * M * eps),
-                          error_ratio(cv.first, part_v(q, 0, rb), v_bound, 2 * N * eps),
-                          error_ratio(cv.second, part_v(q, rb, 1), v_bound, 2 * N * eps)});
-    worst_part = std::max(worst_part, error_ratio(sub_patch(p, a, b, c, d), part_v(part_u(q, ra, rb), rc, rd),
-                                                  l * (l + 2) * eps * m, 2 * l * eps));
   }
-  CAPTURE(seed, M, N, worst, worst_tangent, worst_cut, worst_part);
+  CAPTURE(seed, M, N, worst, worst_tangent);
   CHECK(worst <= 1);
   CHECK(worst_tangent <= 1);
-  CHECK(worst_cut <= 1);
-  CHECK(worst_part <= 1);
-  CHECK(std::min({worst, worst_cut, worst_part}) > 0.01);  // the bounds say something
+  CHECK(worst > 0.01);  // the bounds say something
   CHECK(worst_tangent > 0.001);
 }
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("rational patches evaluate and split within their stated bounds of rational arithmetic", "", float,
-                   double) {
+TEMPLATE_TEST_CASE("rational patches evaluate within their stated bounds of rational arithmetic", "", float, double) {
   hold_stated_bounds<TestType, 3, 3>(12, 6);
   hold_stated_bounds<TestType, 1, 1>(12, 6);
   hold_stated_bounds<TestType, 2, 4>(8, 6);
@@ -129,95 +113,21 @@ TEMPLATE_TEST_CASE("the numerator is the control points times their weights", ""
   }
 }
 
-TEMPLATE_TEST_CASE("points of a rational patch lie within its bounds, parts' bounds within the whole's exactly", "",
-                   float, double) {
+TEMPLATE_TEST_CASE("the weights of a rational patch's parts stay within those of the whole, exactly", "", float,
+                   double) {
   using T = TestType;
   unsigned const seed = 44;
   CAPTURE(seed);
   std::mt19937 g(seed);
   std::uniform_real_distribution<double> parameter(0, 1);
   for (int n = 0; n < 2000; ++n) {
-    auto p = random_rational<T, 3, 3>(g, 8);
-    if (n % 2) {  // almost flat across x: boxes a few ulp thick
-      for (auto& [c, w] : p.control_points) c.x = 1 + std::numeric_limits<T>::epsilon() * T(int(8 * c.x));
-    }
-    auto const b = bounds(p);
-    T const a = T(parameter(g)), c = T(parameter(g));
-    auto const h = split_u(p), k = split_v(p, a);
-    REQUIRE(contains(b, bounds(h.first)));
-    REQUIRE(contains(b, bounds(h.second)));
-    REQUIRE(contains(b, bounds(k.first)));
-    REQUIRE(contains(b, bounds(k.second)));
-    REQUIRE(contains(b, bounds(sub_patch(p, a, c, c, a))));
-    T const error = 40 * std::numeric_limits<T>::epsilon() * T(2);
-    vec3<T> const q = position(p, a, c);
-    REQUIRE(contains(box<T>{b.lo - error, b.hi + error}, box<T>{q, q}));
-    REQUIRE(weights_of(k.first).least >= weights_of(p).least);
-    REQUIRE(weights_of(k.first).largest <= weights_of(p).largest);
-  }
-}
-
-TEMPLATE_TEST_CASE("parts of a rational patch share edges bit for bit, and cuts at the ends leave it as it is", "",
-                   float, double) {
-  using T = TestType;
-  unsigned const seed = 45;
-  CAPTURE(seed);
-  std::mt19937 g(seed);
-  std::uniform_real_distribution<double> parameter(0, 1);
-  for (int n = 0; n < 200; ++n) {
-    auto const p = random_rational<T, 3, 3>(g, 3);
-    T const a = T(parameter(g)), b = T(parameter(g)), c = T(parameter(g)), d = T(parameter(g)), e = T(parameter(g));
-    auto const h = split_u(p, a), k = split_v(p);
-    auto const left = sub_patch(p, a, b, d, e), right = sub_patch(p, b, c, d, e);
-    for (int i = 0; i < 4; ++i) {
-      REQUIRE(is_same(h.first(3, i), h.second(0, i)));
-      REQUIRE(is_same(k.first(i, 3), k.second(i, 0)));
-      REQUIRE(is_same(left(3, i), right(0, i)));
-    }
-    REQUIRE(is_same(sub_patch(p, b, a, e, c)(0, 0), left(3, 3)));
-    REQUIRE(is_same(split_u(p, T(0)).second, p));
-    REQUIRE(is_same(split_u(p, T(1)).first, p));
-    REQUIRE(is_same(split_v(p, T(0)).second, p));
-    REQUIRE(is_same(split_v(p, T(1)).first, p));
-    REQUIRE(is_same(sub_patch(p, T(0), T(1), T(0), T(1)), p));
-    REQUIRE(is_same(sub_patch(p, b, a, e, c)(0, 0), left(3, 3)));
-  }
-}
-
-TEMPLATE_TEST_CASE("points of a rational patch that are equal stay equal in every part, whatever their weights", "",
-                   float, double) {
-  using T = TestType;
-  unsigned const seed = 46;
-  CAPTURE(seed);
-  std::mt19937 g(seed);
-  std::uniform_real_distribution<double> parameter(0, 1);
-  for (int n = 0; n < 200; ++n) {
-    auto p = random_rational<T, 3, 3>(g, 3);
-    for (int j = 1; j < 4; ++j) p(0, j).point = p(0, 0).point;
+    auto const p = random_rational<T, 3, 3>(g, 8);
     T const a = T(parameter(g)), b = T(parameter(g));
-    auto const part = split_v(split_u(p).first, a).second, cut = sub_patch(p, T(0), a, a, b);
-    for (int j = 0; j < 4; ++j) {
-      REQUIRE(part(0, j).point == p(0, 0).point);
-      REQUIRE(cut(0, j).point == p(0, 0).point);
+    auto const whole = weights_of(p);
+    for (auto const& part : {split_u(p).second, split_v(p, a).first, sub_patch(p, a, b, b, a)}) {
+      REQUIRE(weights_of(part).least >= whole.least);
+      REQUIRE(weights_of(part).largest <= whole.largest);
     }
-  }
-}
-
-TEMPLATE_TEST_CASE("parts of a rational patch evaluate to the points of the whole", "", float, double) {
-  using T = TestType;
-  unsigned const seed = 47;
-  CAPTURE(seed);
-  std::mt19937 g(seed);
-  std::uniform_real_distribution<double> parameter(0, 1);
-  T const eps = std::numeric_limits<T>::epsilon();
-  for (int n = 0; n < 1000; ++n) {
-    auto const p = random_rational<T, 3, 3>(g, 1);
-    T const a = T(parameter(g)), b = T(parameter(g)), u = T(parameter(g)), v = T(parameter(g));
-    auto const whole = [&p](T x, T y) { return position(p, x, y); };
-    REQUIRE(norm(position(split_u(p).first, u, v) - whole(u / 2, v)) <= 100 * eps);
-    REQUIRE(norm(position(split_v(p).second, u, v) - whole(u, (1 + v) / 2)) <= 100 * eps);
-    REQUIRE(norm(position(split_u(p, a).second, u, v) - whole(a + u * (1 - a), v)) <= 100 * eps);
-    REQUIRE(norm(position(sub_patch(p, a, b, b, a), u, v) - whole(a + u * (b - a), b + v * (a - b))) <= 100 * eps);
   }
 }
 
