@@ -7,6 +7,9 @@
 #include <patchrt/shapes/bezier_split.hpp>
 #include <patchrt/trace/fused.hpp>
 
+#include <cmath>
+#include <random>
+#include <utility>
 #include <vector>
 
 using namespace patchrt;
@@ -57,23 +60,19 @@ template <accuracy A> int count_misses(patch_list const& scene, ray_list const& 
   return misses;
 }
 
-double diagonal_of(patch_list const& scene) { return 2 * ball_of(scene).radius; }
-
-}  // namespace
-
-TEST_CASE("rays between patches whose edges are up to 1e-6 diagonals apart hit one of them") {
-  unsigned const seed = 601;
+/// Sheets that `cut` makes patches of, each moved so that joined edges are up to 1e-6 diagonals apart, and rays to
+/// where `aim(k, g)` says that joins are in the sheet's parameters.
+template <class Cut, class Aim> void check_joins(unsigned seed, Cut const& cut, Aim const& aim) {
   CAPTURE(seed);
   std::mt19937 g(seed);
   int lost_without = 0;
   for (int n = 0; n < 8; ++n) {
     auto const sheet = random_sheet(g, 0.2);
-    auto scene = cut_sheet(sheet);
-    shift_each(scene, 4.9e-7 * diagonal_of(scene), g);
+    patch_list scene = cut(sheet);
+    shift_each(scene, 4.9e-7 * 2 * ball_of(scene).radius, g);
     std::vector<vec3<double>> aims;
     for (int k = 0; k < 1000; ++k) {
-      double u = (1 + double(g() % 2)) / 3, v = k % 4 ? uniform(g, 0.01, 0.99) : (1 + double(g() % 2)) / 3;
-      if (g() % 2) std::swap(u, v);
+      auto const [u, v] = aim(k, g);
       aims.push_back(evaluate(sheet, u, v).position + random_direction(g) * (2e-7 * uniform(g)));
     }
     auto const rays = rays_at(aims, g);
@@ -85,26 +84,20 @@ TEST_CASE("rays between patches whose edges are up to 1e-6 diagonals apart hit o
   CHECK(lost_without > 500);
 }
 
+}  // namespace
+
+TEST_CASE("rays between patches whose edges are up to 1e-6 diagonals apart hit one of them") {
+  check_joins(601, cut_sheet, [](int k, std::mt19937& g) {
+    double u = (1 + double(g() % 2)) / 3, v = k % 4 ? uniform(g, 0.01, 0.99) : (1 + double(g() % 2)) / 3;
+    if (g() % 2) std::swap(u, v);
+    return std::pair(u, v);
+  });
+}
+
 TEST_CASE("rays at T-junctions whose edges are up to 1e-6 diagonals apart hit one of the patches") {
-  unsigned const seed = 602;
-  CAPTURE(seed);
-  std::mt19937 g(seed);
-  int lost_without = 0;
-  for (int n = 0; n < 8; ++n) {
-    auto const sheet = random_sheet(g, 0.2);
-    auto scene = sheet_with_t_junctions(sheet);
-    shift_each(scene, 4.9e-7 * diagonal_of(scene), g);
-    std::vector<vec3<double>> aims;
-    for (int k = 0; k < 1000; ++k) {
-      double const v = k % 4 ? uniform(g, 0.01, 0.99) : (1 + double(g() % 3)) / 4;
-      aims.push_back(evaluate(sheet, 0.5, v).position + random_direction(g) * (2e-7 * uniform(g)));
-    }
-    auto const rays = rays_at(aims, g);
-    CHECK(count_misses<accuracy::refined>(scene, rays, 1e-6) == 0);
-    CHECK(count_misses<accuracy::certified>(scene, rays, 1e-6) == 0);
-    lost_without += count_misses<accuracy::refined>(scene, rays, 0);
-  }
-  CHECK(lost_without > 500);
+  check_joins(602, sheet_with_t_junctions, [](int k, std::mt19937& g) {
+    return std::pair(0.5, k % 4 ? uniform(g, 0.01, 0.99) : (1 + double(g() % 3)) / 4);
+  });
 }
 
 TEST_CASE("gaps are 0 on edges that are alone or the same, and bound how far others are apart") {
