@@ -4,6 +4,7 @@
 #include "support/patches.hpp"
 
 #include <patchrt/numbers/pack.hpp>
+#include <patchrt/shapes/bezier_split.hpp>
 #include <patchrt/shapes/rational_split.hpp>
 #include <patchrt/shapes/surface_form.hpp>
 
