@@ -4,29 +4,16 @@
 #include <device/support/inputs.hpp>
 
 #include <patchrt/accel/build_mixed_hierarchy.hpp>
-#include <support/data.hpp>
+#include <support/rays.hpp>
 
-#include <fstream>
+#include <random>
+#include <string>
+#include <vector>
 
 using namespace patchrt;
 using namespace patchrt::test;
 
 namespace {
-
-std::vector<bicubic_patch<double>> teapot() {
-  std::ifstream file(project_data("teapot.bpt"));
-  std::size_t count = 0;
-  file >> count;
-  std::vector<bicubic_patch<double>> patches(count);
-  for (auto& patch : patches) {
-    int degree_u = 0, degree_v = 0;
-    file >> degree_u >> degree_v;
-    for (auto& p : patch.control_points) file >> p.x >> p.y >> p.z;
-  }
-  REQUIRE(file);
-  REQUIRE(count == 32);
-  return patches;
-}
 
 /// Patches all over [-4, 4]^3: bent, nearly flat, collapsed to a point; some thousand times smaller than others.
 std::vector<bicubic_patch<double>> scattered_patches(number_source& source) {
@@ -52,6 +39,27 @@ std::vector<ray<T>> rays_for(std::vector<bicubic_patch<double>> const& patches, 
   return rays;
 }
 
+std::vector<bicubic_patch<double>> scene_patches(std::string const& scene, number_source& source) {
+  return scene == "teapot" ? load_model(scene) : scattered_patches(source);
+}
+
+mixed_hierarchy hierarchy_of(std::vector<bicubic_patch<double>> const& patches, int depth) {
+  mixed_hierarchy_options options;
+  options.depth = depth;
+  return build_mixed_hierarchy(patches, options, serial{});
+}
+
+/// What the kernel `name` says of the rays, the same in every build.
+template <class Kernel, class T>
+std::vector<T> trace(std::string const& name, mixed_hierarchy const& h, std::vector<ray<T>> const& rays) {
+  return check_same_in_every_build<T>("trace", name, static_cast<int>(rays.size()),
+                                      {readable(h.top.nodes), readable(h.top.links), readable(h.search),
+                                       readable(h.exact), readable(h.nodes), readable(h.leaves), readable(rays)},
+                                      [&](T* out) {
+                                        return Kernel{h.view(), rays.data(), out};
+                                      });
+}
+
 template <accuracy A, bool AnyHit> void check(std::string const& name, int count) {
   using kernel = trace_kernel<A, AnyHit>;
   using T = typename kernel::T;
@@ -60,18 +68,8 @@ template <accuracy A, bool AnyHit> void check(std::string const& name, int count
   unsigned const seed = 20 + static_cast<unsigned>(depth);
   CAPTURE(scene, depth, seed);
   number_source source(seed);
-  auto const patches = scene == "teapot" ? teapot() : scattered_patches(source);
-  mixed_hierarchy_options options;
-  options.depth = depth;
-  mixed_hierarchy const h = build_mixed_hierarchy(patches, options, serial{});
-  auto const rays = rays_for<T>(patches, source, count);
-  auto const results =
-      check_same_in_every_build<T>("trace", name, count,
-                                   {readable(h.top.nodes), readable(h.top.links), readable(h.search), readable(h.exact),
-                                    readable(h.nodes), readable(h.leaves), readable(rays)},
-                                   [&](T* out) {
-                                     return kernel{h.view(), rays.data(), out};
-                                   });
+  auto const patches = scene_patches(scene, source);
+  auto const results = trace<kernel>(name, hierarchy_of(patches, depth), rays_for<T>(patches, source, count));
 
   int hits = 0;
   for (std::size_t i = 0; i < results.size(); i += kernel::outputs) hits += results[i] == 1;
@@ -95,4 +93,37 @@ TEST_CASE("closest hits at accuracy refined have the same bits from every compil
 
 TEST_CASE("any hits at accuracy refined have the same bits from every compiler and from PTX") {
   check<accuracy::refined, true>("any_refined_f64", 400);
+}
+
+TEST_CASE("certified hits and what is proved of them have the same bits from every compiler and from PTX") {
+  using kernel = trace_kernel<accuracy::certified, false>;
+  auto const scene = GENERATE(std::string("teapot"), std::string("scattered"));
+  auto const depth = GENERATE(-1, 5);
+  unsigned const seed = 30 + static_cast<unsigned>(depth);
+  CAPTURE(scene, depth, seed);
+  number_source source(seed);
+  auto const patches = scene_patches(scene, source);
+  std::mt19937 generator(seed);
+  auto rays = rays_for<double>(patches, source, 60);
+  for (auto const& more : {view_rays(patches, 1, 8, generator), rays_at_edges(patches, 80, generator),
+                           rays_along_tangents(patches, 30, 0., generator),
+                           rays_along_tangents(patches, 30, 1e-3, generator), bounces(patches, 30, generator)}) {
+    rays.insert(rays.end(), more.begin(), more.end());
+  }
+  auto const results = trace<kernel>("closest_certified_f64", hierarchy_of(patches, depth), rays);
+
+  int hits = 0, tangent = 0, degenerate = 0, proved_hits = 0, proved_misses = 0;
+  for (std::size_t i = 0; i < results.size(); i += kernel::outputs) {
+    bool const is_hit = results[i] == 1, is_proved = results[i + 6] == 0 && results[i + 7] == 0;
+    hits += is_hit;
+    tangent += results[i + 6] == 1;
+    degenerate += results[i + 7] == 1;
+    proved_hits += is_hit && is_proved;
+    proved_misses += !is_hit && is_proved;
+  }
+  CAPTURE(rays.size(), hits, tangent, degenerate, proved_hits, proved_misses);
+  CHECK(proved_hits > 60);
+  CHECK(proved_misses > 40);
+  CHECK(tangent > 5);
+  if (scene == "scattered") CHECK(degenerate > 0);
 }

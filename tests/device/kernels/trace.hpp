@@ -5,10 +5,10 @@
 
 namespace patchrt::test {
 
-/// One ray a thread through a mixed hierarchy, closest or any hit, at accuracy A.
+/// One ray a thread through a mixed hierarchy, closest or any hit, at accuracy A; what is proved of it at `certified`.
 template <accuracy A, bool AnyHit> struct trace_kernel {
   using T = search_scalar_t<A, float>;
-  static constexpr int outputs = 6;
+  static constexpr int outputs = A == accuracy::certified ? 8 : 6;
   mixed_hierarchy_view hierarchy;
   ray<T> const* rays;
   T* out;
@@ -22,6 +22,10 @@ template <accuracy A, bool AnyHit> struct trace_kernel {
     y[3] = hit.valid ? hit.v : T(0);
     y[4] = hit.valid ? hit.error : T(0);
     y[5] = hit.valid ? T(std::bit_cast<std::int32_t>(hit.patch_bits)) : T(-1);
+    if constexpr (A == accuracy::certified) {
+      y[6] = T(hit.tangent);
+      y[7] = T(hit.degenerate);
+    }
   }
 };
 
