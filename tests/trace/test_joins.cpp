@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include "joined_patches.hpp"
 #include "support/catch.hpp"
-#include "support/rays.hpp"
 
 #include <patchrt/accel/build_mixed_hierarchy.hpp>
 #include <patchrt/exec/serial.hpp>
-#include <patchrt/shapes/bezier_split.hpp>
 #include <patchrt/trace/fused.hpp>
 
-#include <cmath>
 #include <random>
 #include <utility>
 #include <vector>
@@ -16,38 +14,6 @@ using namespace patchrt;
 using namespace patchrt::test;
 
 namespace {
-
-/// A sheet cut into 3 x 3 patches that meet in lines of the parameters.
-patch_list cut_sheet(bicubic_patch<double> const& sheet) {
-  patch_list parts;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) parts.push_back(sub_patch(sheet, i / 3., (i + 1) / 3., j / 3., (j + 1) / 3.));
-  return parts;
-}
-
-/// The left half whole, the right one in four parts: T-junctions along the middle.
-patch_list sheet_with_t_junctions(bicubic_patch<double> const& sheet) {
-  patch_list parts{sub_patch(sheet, 0., 0.5, 0., 1.)};
-  for (int j = 0; j < 4; ++j) parts.push_back(sub_patch(sheet, 0.5, 1., j / 4., (j + 1) / 4.));
-  return parts;
-}
-
-template <class Generator> void shift_each(patch_list& scene, double most, Generator& g) {
-  for (auto& p : scene) {
-    vec3<double> const by = random_direction(g) * (most * uniform(g, 0.5, 1));
-    for (auto& c : p.control_points) c += by;
-  }
-}
-
-template <class Generator> ray_list rays_at(std::vector<vec3<double>> const& aims, Generator& g) {
-  ray_list rays;
-  for (auto const& aim : aims) {
-    vec3<double> way = random_direction(g);
-    way.z = (g() % 2 ? 1 : -1) * (0.3 + std::fabs(way.z));
-    rays.push_back({aim - way * uniform(g, 1, 20), way, 0, no_limit});
-  }
-  return rays;
-}
 
 template <accuracy A> int count_misses(patch_list const& scene, ray_list const& rays, double join_tolerance) {
   mixed_hierarchy_options options;

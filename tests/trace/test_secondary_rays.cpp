@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include "departures.hpp"
+#include "joined_patches.hpp"
 #include "support/catch.hpp"
-#include "support/rays.hpp"
 
 #include <patchrt/accel/build_mixed_hierarchy.hpp>
 #include <patchrt/exec/serial.hpp>
-#include <patchrt/intersect/offset_origin.hpp>
 #include <patchrt/trace/fused.hpp>
 
 #include <algorithm>
@@ -40,6 +40,10 @@ std::vector<patch_hit> trace_rays(accuracy level, mixed_hierarchy const& h, std:
   return hits;
 }
 
+hit_departure depart(accuracy level, mixed_hierarchy const& h, patch_hit const& hit) {
+  return level == accuracy::fast ? depart_from<accuracy::fast>(h.view(), hit) : depart_from(h.view(), hit);
+}
+
 /// Kind 0: control points of coordinates from 1e-8 to 1e8 of either sign, as in pbrt's experiment. Others: sheets,
 /// sheets with a pole, tangles, of sizes from 1e-8 to 1e8 and up to `far` sizes, but no more than 1e8, away from 0.
 template <class Generator> bicubic_patch<double> patch_of_kind(int kind, double far, Generator& g) {
@@ -55,27 +59,6 @@ template <class Generator> bicubic_patch<double> patch_of_kind(int kind, double 
   vec3<double> const away = random_direction(g) * std::min(1e8, size * std::pow(10., uniform(g, -2, std::log10(far))));
   for (auto& c : p.control_points) c = c * size + away;
   return p;
-}
-
-/// Directions to all sides, about the normal as after a diffuse bounce, and along the surface, in turn.
-template <class Generator>
-vec3<double> direction_from(vec3<double> const& normal, int k, double least_angle, Generator& g) {
-  vec3<double> const any = random_direction(g);
-  double const side = g() % 2 ? 1 : -1;
-  if (k % 4 < 2) return any;
-  if (k % 4 == 2) return normal * side + any;
-  vec3<double> const along = cross(normal, any);
-  return along / norm(along) + normal * (side * std::pow(10., uniform(g, std::log10(least_angle), -1)));
-}
-
-template <class R, class Generator>
-std::vector<ray<R>> rays_from(surface_departure<double> const& from, int count, double least_angle, Generator& g) {
-  std::vector<ray<R>> rays;
-  for (int k = 0; k < count; ++k) {
-    vec3<R> const way = convert_vec<R>(direction_from(from.normal, k, least_angle, g));
-    rays.push_back({offset_origin(from, way), way, 0, R(no_limit)});
-  }
-  return rays;
 }
 
 template <class R> ray<double> in_double(ray<R> const& r) {
@@ -100,11 +83,12 @@ struct second_hit_limits {
 };
 constexpr second_hit_limits of_refined{0.05, 1e-3}, of_certified{1e-3, 1e-9};
 
-/// `judged` of the rays, evenly spread, are held against the oracle.
+/// `judged` of the rays, evenly spread, are held against the oracle. Hits on edges are true of roots up to `beyond`
+/// outside the parameters [0, 1], if their errors say so.
 template <class R>
-void judge(departure_count& c, oracle const& truth, double radius, surface_departure<double> const& from,
+void judge(departure_count& c, oracle const& truth, double radius, hit_departure const& from,
            std::vector<ray<R>> const& rays, std::vector<patch_hit> const& hits, std::size_t judged,
-           second_hit_limits limits) {
+           second_hit_limits limits, double beyond = 1e-9) {
   for (std::size_t k = 0; k < rays.size(); ++k) {
     ++c.rays;
     ray<double> const r = in_double(rays[k]);
@@ -115,7 +99,7 @@ void judge(departure_count& c, oracle const& truth, double radius, surface_depar
     c.nearby += is_near;
     if (!is_near && !is_judged) continue;
     if (hit.valid()) {
-      auto const roots = truth.all_hits(numbers_of(r));
+      auto const roots = truth.all_hits(numbers_of(r), beyond);
       bool const is_true = std::any_of(roots.begin(), roots.end(), [&](oracle_root const& root) {
         double const apart = double(std::abs(root.t - (long double)(hit.t)) - root.slack) * length;
         return apart <= double(hit.error) + 1e-14 * radius / std::max(root.cos_angle, 1e-9);
@@ -153,38 +137,59 @@ departure_count leave_patches(int patches, int kinds, double far, int count, acc
     vec3<double> const aim = position(scene[0], uniform(g), uniform(g));
     patch_hit const first = trace_rays(level, h, ray_list{{eye, aim - eye, 0, no_limit}})[0];
     if (!first.valid()) continue;
-    double const clear =
-        level == accuracy::fast ? clearance<float>(scene[0]) + 0x1p-19 * 2 * ball.radius : clearance<double>(scene[0]);
-    auto const from = depart_from(scene[0], first.u, first.v, clear);
+    auto const from = depart(level, h, first);
     auto const rays = rays_from<R>(from, count, least_angle, g);
     judge(c, oracle(numbers_of(scene)), ball.radius, from, rays, trace_rays(level, h, rays), judged, limits);
   }
   return c;
 }
 
-/// Rays from where others, from outside, first hit a closed model whose edges are within `gap` of each other, to its
-/// inside, but for those within `least_cos` of the tangent plane.
+/// Leaves points of joins of sheets that `cut` makes patches of, with edges up to 1e-6 diagonals apart; `aim(k, g)`
+/// says where joins are in the sheet's parameters.
+template <class Cut, class Aim>
+departure_count leave_joins(Cut const& cut, Aim const& aim, accuracy level, second_hit_limits limits, unsigned seed) {
+  std::mt19937 g(seed);
+  departure_count c;
+  for (int n = 0; n < 10; ++n) {
+    auto const sheet = random_sheet(g, 0.5);
+    patch_list scene = cut(sheet);
+    double const radius = ball_of(scene).radius;
+    shift_each(scene, 4.9e-7 * 2 * radius, g);
+    auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(scene), {}, serial{});
+    oracle const truth(numbers_of(scene));
+    std::vector<vec3<double>> aims;
+    for (int k = 0; k < 40; ++k) {
+      auto const [u, v] = aim(k, g);
+      aims.push_back(position(sheet, u, v) + random_direction(g) * (2e-7 * uniform(g)));
+    }
+    for (patch_hit const& hit : trace_rays(level, h, rays_at(aims, g))) {
+      if (!hit.valid()) continue;
+      auto const from = depart(level, h, hit);
+      auto const rays = rays_from<double>(from, 100, 1e-9, g);
+      judge(c, truth, radius, from, rays, trace_rays(level, h, rays), 10, limits, 1e-3);
+    }
+  }
+  return c;
+}
+
+/// Rays from where others, from outside, first hit a closed model, to its inside, but for those within `least_cos` of
+/// the tangent plane.
 struct inward_count {
   int rays = 0;
   int leaks = 0;   ///< that hit nothing
   int open = 0;    ///< of these, those that hit nothing either when they leave the surface itself
   int rehits = 0;  ///< that hit where they started
 };
-inward_count look_inside(patch_list const& scene, ray_list const& from_outside, int count, accuracy level, double gap,
+inward_count look_inside(patch_list const& scene, ray_list const& from_outside, int count, accuracy level,
                          double least_cos, unsigned seed) {
   std::mt19937 g(seed);
-  mixed_hierarchy_options options;
-  options.join_tolerance = 0;  // the patches as they are: gaps of files are no surface
-  auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(scene), options, serial{});
+  auto const h = build_mixed_hierarchy(std::span<bicubic_patch<double> const>(scene), {}, serial{});
   oracle const truth(numbers_of(scene));
-  double clear = 0;  // of every neighbour
-  for (auto const& p : scene) clear = std::max(clear, clearance<double>(p));
-  clear += gap;
   auto const hits = trace_rays(level, h, from_outside);
   inward_count c;
   for (std::size_t k = 0; k < hits.size(); ++k) {
     if (!hits[k].valid()) continue;
-    auto const from = depart_from(scene[std::size_t(hits[k].patch)], hits[k].u, hits[k].v, clear);
+    auto const from = depart(level, h, hits[k]);
     bool const is_inside_behind = dot(from.normal, from_outside[k].direction) < 0;
     auto rays = rays_from<double>(from, count, least_cos, g);
     for (auto& r : rays)
@@ -284,16 +289,14 @@ TEST_CASE("rays that leave a model to its inside get out only through its openin
     std::mt19937 g(seed);
     struct family {
       ray_list outside;
-      double gap;        // in radii of the scene
       double least_cos;  // for `certified`
     };
     // Where patches meet, they and their normals differ by what their files are rounded to: no ray near both planes is
     // surely inside.
-    for (auto const& [outside, gap, least_cos] :
-         {family{rays_from_outside(scene, 300, g), 0, 1e-6}, family{rays_at_edges(scene, 300, g), 1e-7, 0.01}}) {
-      auto const certified =
-          look_inside(scene, outside, 60, accuracy::certified, gap * ball_of(scene).radius, least_cos, seed);
-      auto const refined = look_inside(scene, outside, 60, accuracy::refined, gap * ball_of(scene).radius, 0.05, seed);
+    for (auto const& [outside, least_cos] :
+         {family{rays_from_outside(scene, 300, g), 1e-6}, family{rays_at_edges(scene, 300, g), 0.01}}) {
+      auto const certified = look_inside(scene, outside, 60, accuracy::certified, least_cos, seed);
+      auto const refined = look_inside(scene, outside, 60, accuracy::refined, 0.05, seed);
       CAPTURE(seed, name, least_cos, certified.rays, certified.leaks, refined.rays, refined.leaks);
       CHECK(certified.rays > 5000);
       CHECK(certified.rehits == 0);
@@ -301,6 +304,31 @@ TEST_CASE("rays that leave a model to its inside get out only through its openin
       CHECK(refined.rehits == 0);
       CHECK(refined.leaks == refined.open);
       if (name == "bigguy_osd_L2") CHECK(certified.leaks + refined.leaks == 0);  // the others have openings
+    }
+  }
+}
+
+TEST_CASE("rays that leave joins whose edges are up to 1e-6 diagonals apart meet neither side of the join") {
+  unsigned const seed = 30606u;
+  CAPTURE(seed);
+  auto const between_patches = [](int k, std::mt19937& g) {
+    double u = (1 + double(g() % 2)) / 3, v = k % 4 ? uniform(g, 0.01, 0.99) : (1 + double(g() % 2)) / 3;
+    if (g() % 2) std::swap(u, v);
+    return std::pair(u, v);
+  };
+  auto const at_t_junctions = [](int k, std::mt19937& g) {
+    return std::pair(0.5, k % 4 ? uniform(g, 0.01, 0.99) : (1 + double(g() % 3)) / 4);
+  };
+  for (accuracy const level : {accuracy::refined, accuracy::certified}) {
+    second_hit_limits const limits = level == accuracy::refined ? of_refined : of_certified;
+    for (auto const& c : {leave_joins(cut_sheet, between_patches, level, limits, seed),
+                          leave_joins(sheet_with_t_junctions, at_t_junctions, level, limits, seed)}) {
+      CAPTURE(c.rays, c.nearby, c.seconds);
+      CHECK(c.rays > 30000);
+      CHECK(c.rehits == 0);
+      CHECK(c.invented == 0);
+      CHECK(c.lost == 0);
+      CHECK(c.seconds > 20);
     }
   }
 }
