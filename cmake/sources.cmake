@@ -104,7 +104,7 @@ endfunction()
 # the host's containers. Such headers say so here or by a comment "// host only" in their first five lines.
 function(patchrt_host_only out header)
   set(result FALSE)
-  if(header MATCHES "^patchrt/(numbers/pack\\.hpp|trace/.*|exec/openmp\\.hpp|accel/build_.*)$")
+  if(header MATCHES "^patchrt/(numbers/pack\\.hpp|exec/openmp\\.hpp|accel/build_.*)$")
     set(result TRUE)
   else()
     file(STRINGS "${patchrt_root}/include/${header}" lines LIMIT_COUNT 5)

@@ -46,8 +46,8 @@ struct hit_verdict {
   bool is_touch = false;  ///< there is no root here, but the ray passes S(u, v) within rounding
   bool is_number = true;
   std::optional<double> error{};  ///< distance of S(u, v) from the true hit, of hits on regular roots
-  double ulps = 0;                ///< the same in epsilons of (the patch's diagonal + distance travelled)
-  double cosine = 0;              ///< of the angle between ray and normal
+  double ulps = 0;  ///< the same in epsilons of (the patch's diagonal + distance travelled), of roots inside the patch
+  double cosine = 0;  ///< of the angle between ray and normal
 };
 
 /// How far the edges of patches that are joined may be apart, in diagonals.
@@ -106,7 +106,7 @@ inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& si
   real3 const at = evaluate_exactly(patch, hit.u, hit.v).s, truth = evaluate_exactly(patch, nearest->u, nearest->v).s;
   v.error = double(bench::length(at - truth));
   double const reach = size.patch_diagonals[std::size_t(hit.patch)] + std::fabs(hit.t) * length;
-  v.ulps = *v.error / (std::numeric_limits<double>::epsilon() * reach);
+  if (nearest->edge_distance >= 0) v.ulps = *v.error / (std::numeric_limits<double>::epsilon() * reach);
   v.cosine = nearest->cos_angle;
   return v;
 }

@@ -12,6 +12,7 @@
 #include <patchrt/accel/patch_search.hpp>
 #include <patchrt/accel/refit.hpp>
 #include <patchrt/accel/sah_split.hpp>
+#include <patchrt/accel/separate_roots.hpp>
 #include <patchrt/accel/subpatch_tree.hpp>
 #include <patchrt/accel/traverse.hpp>
 #include <patchrt/core/box.hpp>
@@ -54,6 +55,8 @@
 #include <patchrt/shapes/rational_split.hpp>
 #include <patchrt/shapes/revolution_patches.hpp>
 #include <patchrt/shapes/surface_form.hpp>
+#include <patchrt/trace/depart.hpp>
+#include <patchrt/trace/patch_hit.hpp>
 
 #if !defined(__CUDACC__)
 #  include <patchrt/accel/build_mixed_hierarchy.hpp>
@@ -64,5 +67,4 @@
 #  include <patchrt/accel/subpatch_bounds.hpp>
 #  include <patchrt/shapes/nurbs.hpp>
 #  include <patchrt/trace/all_hits.hpp>
-#  include <patchrt/trace/patch_hit.hpp>
 #endif

@@ -3,8 +3,6 @@
 #include "fuzz_search.hpp"
 
 #include <cstdint>
-#include <cstdlib>
-#include <string_view>
 
 using namespace patchrt;
 using namespace patchrt::test;
@@ -174,33 +172,12 @@ search_input decode(std::uint8_t const* data, std::size_t size) {
   return in;
 }
 
-/// Properties that are known not to hold yet (tests/hard_cases/rows_found.hpp has the rows): counted, not failed.
-constexpr std::array<std::string_view, 7> known_defects = {
-    "certified: no root, where there is one",
-    "refined: a regular root that is farther off than twice the hit's error",
-    "certified: a root, where there is none",
-    "certified: a root that is farther off than the hit's error",
-    "certified: the nearest root, where a nearer one is",
-    "certified: the same bits alone and in any pack",
-    "refined: a regular root is lost"};
-std::size_t defects_seen = 0;
-
-bool is_known(char const* property) {
-  bool const known = std::find(known_defects.begin(), known_defects.end(), property) != known_defects.end();
-  defects_seen += known;
-  return known;
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size) {
   search_input const in = decode(data, size);
-  bool const is_strict = std::getenv("PATCHRT_FUZZ_STRICT");
-  search_violation const v = is_strict ? find_violation(in) : find_violation(in, is_known);
+  search_violation const v = find_violation(in);
   if (v.property.empty()) return 0;
   std::fprintf(stderr, "fuzz_search: violated: %s\n%s", v.property.c_str(), as_row(in, v).c_str());
   std::abort();
 }
-
-/// How often a known defect was met.
-std::size_t known_defects_seen() { return defects_seen; }

@@ -15,7 +15,6 @@
 #include <unistd.h>
 
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size);
-std::size_t known_defects_seen();
 
 namespace {
 
@@ -54,7 +53,7 @@ int main(int argc, char** argv) try {
   unsigned long long tries = 0;
   do run(first + tries++);
   while (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < seconds);
-  std::printf("%llu inputs, no violation but %zu of known defects\n", tries, known_defects_seen());
+  std::printf("%llu inputs, no violation\n", tries);
 } catch (std::exception const& error) {
   std::fprintf(stderr, "fuzz: %s\n", error.what());
   stop("threw");

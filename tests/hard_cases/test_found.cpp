@@ -8,15 +8,13 @@
 using namespace patchrt;
 using namespace patchrt::test;
 
-TEST_CASE("every ray that random search found is answered as promised, but where the row says not yet") {
+TEST_CASE("every ray that random search found is answered as promised") {
   for (found_case const& c : found_cases()) {
     search_input in;
     for (oracle_patch const& p : c.patches) in.patches.push_back(make_patch<double>(p));
     for (oracle_ray const& r : c.rays) in.rays.push_back({{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[6], r[7]});
     search_violation const v = find_violation(in);
     CAPTURE(c.name, c.property, v.property, v.ray);
-    if (!c.is_defect) CHECK(v.property.empty());
-    std::cout << c.name << ": " << (v.property.empty() ? "holds" : "violates " + v.property)
-              << (c.is_defect ? ", known as a defect\n" : "\n");
+    CHECK(v.property.empty());
   }
 }

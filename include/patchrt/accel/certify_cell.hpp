@@ -26,6 +26,24 @@ PATCHRT_INLINE mask_t<S> is_proved(exact_patch<Surface> const& exact, chord_rows
   return inverse * fma(S(L(exact.bend)), radius, S(L(0x1p-18 * exact.slope))) < S(L(0.125));
 }
 
+/// Whether a ray that passes an edge's point S(u, v) is proved to meet the patch there once, or its continuation just beyond the edge.
+///
+/// With A the rows in (u, v, t) at the point, the root is within A times the distance beside the ray and what rounding adds; where A bend times
+/// twice that is under 1/8, the Jacobian changes by that much of itself on the way, at most, and there is one.
+template <scalar S, class Surface>
+PATCHRT_HD mask_t<S> is_proved_on_edge(exact_patch<Surface> const& exact, vec3<S> const& origin,
+                                       vec3<S> const& direction, S u, S v, S to_rows) {
+  using L = lane_t<S>;
+  surface_point<S> const p = evaluate(exact.patch, u, v);
+  chord_rows<S> const rows = make_chord_rows(p, direction);
+  S const inverse = S(L(2)) * max(sum_of_magnitudes(rows.x), sum_of_magnitudes(rows.y));
+  S const per_square = S(L(1)) / dot(direction, direction);
+  vec3<S> const beside = split_along(difference(origin, p.position), direction, per_square).beside;
+  S const floor = fma(S(L(4) * std::numeric_limits<L>::epsilon()), sum_of_magnitudes(origin), S(L(exact.rounding)));
+  S const radius = S(L(2)) * inverse * (sum_of_magnitudes(beside) + floor);
+  return inverse * S(L(exact.bend)) * radius < S(L(0.125)) * to_rows && radius < S(L(0x1p-6));
+}
+
 /// A place where a ray meets a cell, or may.
 template <class L> struct certified_root {
   patch_root<L> root;  ///< valid where it counts as a hit
@@ -77,8 +95,25 @@ PATCHRT_HD void certify_cell(exact_patch<Surface> const& exact, vec3<L> const& o
     surface_point<L> const p = evaluate(exact.patch, u, v);
     L const spread = fma(place.radius_u, sum_of_magnitudes(p.du), place.radius_v * sum_of_magnitudes(p.dv));
     found.earliest = fma(dot(difference(p.position, origin), direction), per_square, -(L(2) * spread));
+    if (place.kind == root_kind::simple) {
+      found.root = {L(0), place.u, place.v, L(0), true};
+      correct(exact.patch, L(exact.size), exact.gaps, origin, direction, found.root);
+      // The root is in the place's box, whatever the correction made of it; on an edge it decides whether the ray counts as through it.
+      bool const is_inside =
+          place.radius_u < min(place.u, L(1) - place.u) && place.radius_v < min(place.v, L(1) - place.v);
+      L off_u = abs(found.root.u - place.u), off_v = abs(found.root.v - place.v);
+      if (is_inside && !(found.root.valid && off_u <= place.radius_u && off_v <= place.radius_v)) {
+        found.root = {dot(difference(p.position, origin), direction) * per_square, u, v, L(0), true};
+        off_u = off_v = L(0);
+      }
+      L const off =
+          fma(off_u + place.radius_u, sum_of_magnitudes(p.du), (off_v + place.radius_v) * sum_of_magnitudes(p.dv));
+      found.root.error = L(2) * (off + L(exact.rounding));
+      sink(found);
+      continue;
+    }
     // Two roots that cannot be told apart are on two sides of the place's middle: what Newton's method makes of it counts.
-    for (int start = place.kind == root_kind::simple ? 4 : 0; start < 5; ++start) {
+    for (int start = 0; start < 5; ++start) {
       L const side_u = start == 4 ? L(0) : start & 1 ? place.radius_u : -place.radius_u;
       L const side_v = start == 4 ? L(0) : start & 2 ? place.radius_v : -place.radius_v;
       found.root = {L(0), place.u + side_u, place.v + side_v, L(0), true};

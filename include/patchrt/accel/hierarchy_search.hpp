@@ -40,7 +40,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     state_.hit.tangent = state_.hit.degenerate = state_.active && !state_.active;
     if (!any_of(state_.active)) return state_.hit;
     if constexpr (A == accuracy::certified)
-      state_.touches_from = state_.doubt_from = T(std::numeric_limits<float>::infinity());
+      state_.touches_from = state_.doubt_from = S(std::numeric_limits<L>::infinity());
     unsigned const octant = common_octant();
     T nearest = convert<T>(state_.nearest);
     T entry;
@@ -64,9 +64,9 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
           }
         });
     if constexpr (A == accuracy::certified) {
-      T const end = min(convert<T>(state_.nearest), T(std::numeric_limits<float>::max()));
-      state_.hit.tangent = state_.touches_from <= end;
-      state_.hit.degenerate = state_.doubt_from <= end;
+      S const end = min(state_.nearest, S(std::numeric_limits<L>::max()));
+      state_.hit.tangent = convert<TM>(state_.touches_from <= end);
+      state_.hit.degenerate = convert<TM>(state_.doubt_from <= end);
     }
     return state_.hit;
   }

@@ -7,6 +7,7 @@
 #include <patchrt/accel/certify_cell.hpp>
 #include <patchrt/accel/mixed_hierarchy.hpp>
 #include <patchrt/accel/part_list.hpp>
+#include <patchrt/accel/separate_roots.hpp>
 #include <patchrt/intersect/correct_root.hpp>
 #include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/intersect/reference_root.hpp>
@@ -77,9 +78,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> struct
   T search_t_min;
   mask_t<T> active;
   lane_hit<S, T> hit;
-  S nearest;  // hit.t in search space
-  T touches_from,
-      doubt_from;  // `certified` alone: the nearest t in search space of places that are tangent, and degenerate
+  S nearest;                   // hit.t in search space
+  S touches_from, doubt_from;  // `certified` alone: as near in search space are places that are tangent, and degenerate
   hierarchy_counts* counts = nullptr;
   [[no_unique_address]] Sink sink;
 
@@ -99,6 +99,9 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   using SM = mask_t<S>;
   using L = lane_t<S>;
 
+  /// Whether parts that float cannot decide are searched in the precision of the hits.
+  static constexpr bool is_thorough = A == accuracy::refined || A == accuracy::certified;
+
   /// `lanes` enter the patch's box at `entry`.
   PATCHRT_INLINE patch_search(search_state<A, Surface, T, Sink>& state, std::int32_t patch, TM lanes, T entry,
                               unsigned octant)
@@ -117,7 +120,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     origin_ = convert_vec<T>(fma(start_, state_.search_direction, difference(state_.search_origin, base)));
     nearest_ = convert<T>(state_.nearest - start_);
     T const soonest = soonest_ = state_.search_t_min - entry_;
-    waiting_.lanes = waiting_.single = lanes_ && !lanes_;
+    waiting_.lanes = waiting_.single = waiting_.mirrored = lanes_ && !lanes_;
     if (state_.counts) state_.counts->patches += state_.lanes_on(lanes_);
 
     // Boxes are met in the grid's own coordinates: bytes become numbers and nothing else.
@@ -171,7 +174,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     T x, y;  // where the iteration begins
     T cell_x, cell_y, half_x, half_y;
     T entry;
-    TM single;  // the cell is proved to have one root at most
+    TM single;    // the cell is proved to have one root at most
+    TM mirrored;  // the Jacobian's determinant is negative there
     TM lanes;
   };
 
@@ -186,7 +190,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
                            T(float(leaf.remainder[2]) * step.z)}};
     if (state_.counts) state_.counts->newton_steps += state_.lanes_on(cell_lanes_);
     if constexpr (A == accuracy::reference) {
-      add(cell_lanes_, cell_lanes_, c.x, c.y, {c.x, c.y, c.half_x, c.half_y, cell_lanes_});
+      add(cell_lanes_, cell_lanes_, cell_lanes_, c.x, c.y, {c.x, c.y, c.half_x, c.half_y, cell_lanes_});
     } else {
       cell_start<T> const begin = linear_start(projected_, state_.abs_n1, state_.abs_n2, c);
       TM const possible = cell_lanes_ && begin.possible;
@@ -203,26 +207,26 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
         single = possible && v.possible && v.at_most_one;
         folded = possible && v.possible && !v.at_most_one;
       }
-      if (any_of(single)) add(single, single, begin.x, begin.y, {c.x, c.y, c.half_x, c.half_y, single});
+      if (any_of(single)) add(single, single, begin.mirrored, begin.x, begin.y, {c.x, c.y, c.half_x, c.half_y, single});
       if (any_of(folded)) add_parts(folded, c);
     }
   }
 
   PATCHRT_OUTLINE void add_parts(TM folded, patch_cell<T> const& c) {
     subdivide<false>({c.x, c.y, c.half_x, c.half_y, folded},
-                     [&](TM lanes, TM single, T x, T y, patch_part<T> const& p) {
+                     [&](TM lanes, TM single, TM mirrored, T x, T y, patch_part<T> const& p) {
                        TM on = lanes;
-                       if constexpr (A == accuracy::certified) {
+                       if constexpr (is_thorough) {
                          on = lanes && single;
-                         isolate_roots(lanes && !single, p, cell_entry_);
+                         find_roots(lanes && !single, p, cell_entry_);
                          if (!any_of(on)) return;
                        }
-                       add(on, single, x, y, p);
+                       add(on, single, mirrored, x, y, p);
                      });
   }
 
   /// Puts cells off until Newton's iteration can run with as many lanes as possible.
-  PATCHRT_INLINE void add(TM lanes, TM single, T x, T y, patch_part<T> const& cell) {
+  PATCHRT_INLINE void add(TM lanes, TM single, TM mirrored, T x, T y, patch_part<T> const& cell) {
     if (any_of(lanes && waiting_.lanes)) solve_waiting();
     auto& w = waiting_;
     w.x = select(lanes, x, w.x);
@@ -233,11 +237,12 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     w.half_y = select(lanes, cell.half_y, w.half_y);
     w.entry = select(lanes, cell_entry_, w.entry);
     w.single = (w.single && !lanes) || (single && lanes);
+    w.mirrored = (w.mirrored && !lanes) || (mirrored && lanes);
     w.lanes = w.lanes || lanes;
   }
 
   /// Quarters cells, another in each lane, until their parts are seen to have no root, or one, and gives these to
-  /// `sink(lanes, proved, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the sixth level are given as they
+  /// `sink(lanes, proved, mirrored, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the sixth level are given as they
   /// are, and so is what is left of a level where a lane has more than `most_parts`: a patch that is a line or a point has no
   /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail: that is what is `proved` then.
   ///
@@ -286,8 +291,9 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   template <class F>
   PATCHRT_INLINE void give_whole(unsigned whole, unsigned proved, std::int32_t const* lane, cell_verdict<T> const& v,
                                  patch_part<T> const& part, F&& sink) {
+    unsigned const mirrored = mask_bits(v.mirrored);
     while (whole != 0) {
-      unsigned lanes = 0, proofs = 0;
+      unsigned lanes = 0, proofs = 0, mirrors = 0;
       std::int32_t from[lanes_v<T>] = {};
       for (unsigned rest = whole; rest != 0; rest &= rest - 1) {
         int const i = lowest_bit(rest);
@@ -295,11 +301,12 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
         if ((lanes & bit) != 0) continue;
         lanes |= bit;
         if ((proved >> i & 1u) != 0) proofs |= bit;
+        if ((mirrored >> i & 1u) != 0) mirrors |= bit;
         from[lane[i]] = i;
         whole &= ~(1u << i);
       }
       TM const on = convert<TM>(lanes);
-      sink(on, convert<TM>(proofs), permute(v.x, from), permute(v.y, from),
+      sink(on, convert<TM>(proofs), convert<TM>(mirrors), permute(v.x, from), permute(v.y, from),
            patch_part<T>{permute(part.x, from), permute(part.y, from), permute(part.half_x, from),
                          permute(part.half_y, from), on});
     }
@@ -316,13 +323,13 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   PATCHRT_OUTLINE void search_again(TM astray) {
     auto const& w = waiting_;
     subdivide<true>({w.cell_x, w.cell_y, w.half_x, w.half_y, astray},
-                    [&](TM lanes, TM proved, T x, T y, patch_part<T> const& p) {
-                      cell_batch part{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, proved, lanes};
-                      if constexpr (A == accuracy::certified) {
+                    [&](TM lanes, TM proved, TM mirrored, T x, T y, patch_part<T> const& p) {
+                      cell_batch part{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, proved, mirrored, lanes};
+                      if constexpr (is_thorough) {
                         part.lanes = lanes && proved;
                         TM unfinished = lanes && !proved;
                         if (any_of(part.lanes)) unfinished = unfinished || solve(part).unfinished;
-                        isolate_roots(unfinished, p, w.entry);
+                        find_roots(unfinished, p, w.entry);
                       } else {
                         (void)solve(part);
                       }
@@ -336,7 +343,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   };
 
   /// Hits from the roots of a batch of cells. For `certified` an iteration has gone astray where it ended outside its cell, else
-  /// where it did not even end next to it.
+  /// where it did not even end next to it, on the same side of folds.
   PATCHRT_OUTLINE solve_outcome solve(cell_batch const& w) {
     if (state_.counts) state_.counts->candidates += state_.lanes_on(w.lanes);
     if constexpr (A == accuracy::reference) {
@@ -348,10 +355,18 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
       if (state_.counts) state_.counts->newton_steps += unsigned(n.steps) * state_.lanes_on(w.lanes);
       T const dx = abs(n.x - w.cell_x) - n.error_x, dy = abs(n.y - w.cell_y) - n.error_y;
       T const spare(0x1p-10f);
-      TM const inside = n.converged && dx <= w.half_x + spare && dy <= w.half_y + spare;
+      TM inside = n.converged && dx <= w.half_x + spare && dy <= w.half_y + spare;
+      TM vague = w.lanes && !w.lanes, nearby = n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y;
+      if constexpr (A == accuracy::refined) {
+        // Where rounding alone moves the root across the cell, float has not found it.
+        vague = inside && !(n.error_x < w.half_x && n.error_y < w.half_y);
+        nearby = vague || (nearby && !((n.mirrored && !w.mirrored) || (w.mirrored && !n.mirrored)));
+        find_roots(vague, {w.cell_x, w.cell_y, w.half_x, w.half_y, vague}, w.entry);
+      } else if constexpr (A == accuracy::certified) {
+        nearby = inside;
+      }
+      inside = inside && !vague;
       if (any_of(inside)) finish(w, n, inside);
-      TM nearby = inside;
-      if constexpr (A != accuracy::certified) nearby = n.converged && dx <= T(2) * w.half_x && dy <= T(2) * w.half_y;
       return {w.lanes && w.single && !nearby, w.lanes && !n.converged};
     }
   }
@@ -395,10 +410,11 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
       SM const proved = correct_parts(x, y, rows, inside, root);
       if constexpr (A == accuracy::certified) {
         root.error = S(2) * root.error;
-        // A hit on an edge that grazes it may be two roots, or none.
-        TM const touches = convert<TM>(root.valid && !proved && !(root.error < S(exact_.size)));
-        state_.touches_from = select(touches, min(entry_ + along, state_.touches_from), state_.touches_from);
-        isolate_roots(inside && !convert<TM>(proved), {w.cell_x, w.cell_y, w.half_x, w.half_y, inside}, w.entry);
+        // A hit on an edge that is not proved may be two roots, or none.
+        S const at = fma(root.t * state_.per_scaled, state_.to_search, -state_.shift);
+        state_.touches_from =
+            select(root.valid && !proved, min(counts_from(at, entry), state_.touches_from), state_.touches_from);
+        find_roots(inside && !convert<TM>(proved), {w.cell_x, w.cell_y, w.half_x, w.half_y, inside}, entry);
       }
       root.t = root.t * state_.per_scaled;
       keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
@@ -414,33 +430,32 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     root.v = fma(convert<S>(y), S(0.5), S(0.5));
     root.valid = convert<SM>(inside);
     SM proved = root.valid && !root.valid;
-    auto const spread = [](vec3<T> const& v) { return convert_vec<S>(v); };
-    vec3<S> const rows_x = spread(rows.x), rows_y = spread(rows.y), rows_t = spread(rows.t);
+    vec3<S> const rows_x = convert_vec<S>(rows.x), rows_y = convert_vec<S>(rows.y), rows_t = convert_vec<S>(rows.t);
     S const per_cosine = convert<S>(rows.per_cosine), start_x = convert<S>(x), start_y = convert<S>(y);
+    using P = scalar_parts<S>;
     auto const part_of = [](vec3<S> const& v, int i) {
-      using P = scalar_parts<S>;
       return vec3<Q>(P::get(v.x, i), P::get(v.y, i), P::get(v.z, i));
     };
     for_each_part(root, [&](int i, patch_root<Q>& r, vec3<Q> const& origin, vec3<Q> const& direction) {
-      using P = scalar_parts<S>;
       chord_rows<Q> const own{part_of(rows_x, i), part_of(rows_y, i), part_of(rows_t, i), P::get(per_cosine, i)};
       patch_root<Q> by_chords;
       Q const to_rows(state_.hierarchy.inverse_scale);
       chord_steps<Q> const steps =
           correct_by_chords(exact_.power, exact_.rounding, own, to_rows, P::get(start_x, i), P::get(start_y, i), origin,
                             direction, P::get(state_.per_square, i), by_chords);
-      auto const settled = steps.settled;
-      auto const valid = r.valid;
-      r.valid = valid && !settled;
+      auto take = r.valid && steps.settled;
+      r.valid = r.valid && !steps.settled;
       if (any_of(r.valid)) correct(exact_.patch, exact_.size, exact_.gaps, origin, direction, r);
       if constexpr (A == accuracy::certified) {
         // What is not proved is isolated; but for hits on an edge, which may be beyond it by its gap.
-        scalar_parts<SM>::set(proved, i, valid && settled && is_proved(exact_, own, to_rows, steps));
+        take = take && is_proved(exact_, own, to_rows, steps);
         Q const zero(L(0)), one(L(1));
         r.valid = r.valid && (r.u == zero || r.u == one || r.v == zero || r.v == one);
+        auto sure = take;
+        if (any_of(r.valid))
+          sure = sure || (r.valid && is_proved_on_edge(exact_, origin, direction, r.u, r.v, to_rows));
+        scalar_parts<SM>::set(proved, i, sure);
       }
-      auto take = valid && settled;
-      if constexpr (A == accuracy::certified) take = scalar_parts<SM>::get(proved, i);
       r.t = select(take, by_chords.t, r.t);
       r.u = select(take, by_chords.u, r.u);
       r.v = select(take, by_chords.v, r.v);
@@ -451,11 +466,11 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   }
 
   /// Decides what the search in float did not: all roots in a part of a cell, ray by ray.
-  PATCHRT_INLINE void isolate_roots(TM lanes, patch_part<T> const& part, T entry) {
-    if (any_of(lanes)) isolate_lanes(lanes, part, entry);
+  PATCHRT_INLINE void find_roots(TM lanes, patch_part<T> const& part, T entry) {
+    if (any_of(lanes)) find_lane_roots(lanes, part, entry);
   }
 
-  PATCHRT_OUTLINE void isolate_lanes(TM lanes, patch_part<T> const& part, T entry) {
+  PATCHRT_OUTLINE void find_lane_roots(TM lanes, patch_part<T> const& part, T entry) {
     constexpr int N = lanes_v<T>;
     float x[N], y[N], half_x[N], half_y[N];
     store_lanes(part.x, x);
@@ -471,24 +486,33 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
       TM const on = convert<TM>(1u << i);
       vec3<L> const origin = vec3<L>(number[0][i], number[1][i], number[2][i]) - vec3<L>(exact_.base);
       vec3<L> const direction(number[3][i], number[4][i], number[5][i]);
-      certify_cell(exact_, origin, direction, {x[i], y[i], half_x[i], half_y[i], {}},
-                   [&](certified_root<L> const& found) { keep_certified(found, on, entry); });
+      if constexpr (A == accuracy::certified)
+        certify_cell(exact_, origin, direction, {x[i], y[i], half_x[i], half_y[i], {}},
+                     [&](certified_root<L> const& found) { keep_certified(found, on, entry); });
+      else
+        separate_roots(exact_, origin, direction, L(state_.hierarchy.inverse_scale),
+                       {L(x[i]), L(y[i]), L(half_x[i]), L(half_y[i]), true}, [&](patch_root<L> const& found) {
+                         patch_root<S> const root{S(found.t) * state_.per_scaled, S(found.u), S(found.v),
+                                                  S(found.error), convert<SM>(on)};
+                         keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+                       });
     }
   }
 
   /// A root, or a place that may be one, of the ray in lane `on`.
   PATCHRT_INLINE void keep_certified(certified_root<L> const& found, TM on, T entry) {
-    bool const is_vague = found.root.valid && !(found.root.error < std::numeric_limits<L>::infinity());
-    if (found.kind != root_kind::simple || is_vague) {
-      S const earliest = fma(S(found.earliest) * state_.per_scaled, state_.to_search, -state_.shift);
-      T const from = max(convert<T>(earliest), max(entry + entry_, entry_));
-      T& nearest_of_kind = found.kind == root_kind::degenerate ? state_.doubt_from : state_.touches_from;
-      nearest_of_kind = select(on, min(from, nearest_of_kind), nearest_of_kind);
-    }
-    if (!found.root.valid) return;
+    bool const is_vague = found.root.valid && !(found.root.error < L(exact_.size));
     patch_root<S> const root{S(found.root.t) * state_.per_scaled, S(found.root.u), S(found.root.v), S(found.root.error),
                              convert<SM>(on)};
-    keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
+    S const along = fma(root.t, state_.to_search, -state_.shift);
+    if (found.kind != root_kind::simple || is_vague) {
+      S earliest = fma(S(found.earliest) * state_.per_scaled, state_.to_search, -state_.shift);
+      if (found.root.valid) earliest = min(earliest, along);
+      S const from = counts_from(earliest, entry);
+      S& nearest_of_kind = found.kind == root_kind::degenerate ? state_.doubt_from : state_.touches_from;
+      nearest_of_kind = select(root.valid, min(from, nearest_of_kind), nearest_of_kind);
+    }
+    if (found.root.valid) keep(entry, root, along, root.valid);
   }
 
   PATCHRT_INLINE void solve_as_reference(cell_batch const& w) {
@@ -528,12 +552,21 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     }
   }
 
+  /// Whether what is at `along` is not nearer than where it was looked for, so that what was skipped could not have held it.
+  PATCHRT_INLINE TM is_behind(S along, T entry) const {
+    return entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
+  }
+
+  /// From which nearest hit on a place at `along` that may be a root is before it: where it is not behind its entry, from there on.
+  PATCHRT_INLINE S counts_from(S along, T entry) const {
+    S const begin = start_ + convert<S>(max(entry, T(0)));
+    return select(convert<SM>(is_behind(along, entry)), along, max(along, begin));
+  }
+
   /// Keeps roots that are nearer than what is known and not nearer than `entry`; `along` is their t in search space.
   PATCHRT_INLINE void keep(T entry, patch_root<S> const& root, S along, SM found) {
     auto& hit = state_.hit;
-    // Not nearer than where they were looked for, so that what was skipped could not have held them.
-    TM const behind_entry = entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
-    found = found && convert<SM>(behind_entry) && state_.t_min < root.t;
+    found = found && convert<SM>(is_behind(along, entry)) && state_.t_min < root.t;
     if constexpr (!std::is_same_v<Sink, nearest_only>) {
       static_assert(lanes_v<T> == 1);
       if (found && root.t < hit.t) state_.sink(patch_, root);

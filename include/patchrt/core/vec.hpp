@@ -32,6 +32,9 @@ template <class T> PATCHRT_INLINE vec3<T> difference(vec3<T> const& a, vec3<T> c
 /// Component-wise |v|.
 template <scalar T> PATCHRT_INLINE vec3<T> absolute(vec3<T> const& v) { return {abs(v.x), abs(v.y), abs(v.z)}; }
 
+/// |v.x| + |v.y| + |v.z|.
+template <scalar T> PATCHRT_INLINE T sum_of_magnitudes(vec3<T> const& v) { return abs(v.x) + abs(v.y) + abs(v.z); }
+
 /// a . b with three roundings.
 template <scalar T> PATCHRT_INLINE T dot(vec3<T> const& a, vec3<T> const& b) {
   return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));

@@ -32,14 +32,12 @@ template <scalar T> struct chord_rows {
 template <scalar T> PATCHRT_INLINE chord_rows<T> make_chord_rows(surface_point<T> const& p, vec3<T> const& direction) {
   vec3<T> const across_y = cross(p.dv, direction), across_x = cross(direction, p.du), normal = cross(p.du, p.dv);
   T const inverse = T(1) / dot(normal, direction);
-  return {scale(across_y, inverse), scale(across_x, inverse), scale(normal, -inverse),
-          min(sqrt(dot(normal, normal) * dot(direction, direction)) * abs(inverse),
-              T(std::numeric_limits<lane_t<T>>::infinity()))};
+  vec3<T> const along = scale(normal, -inverse);  // and not the normal's square, which a small patch makes underflow
+  return {scale(across_y, inverse), scale(across_x, inverse), along,
+          min(sqrt(dot(along, along) * dot(direction, direction)), T(std::numeric_limits<lane_t<T>>::infinity()))};
 }
 
 namespace detail {
-template <scalar S> PATCHRT_INLINE S sum_of_magnitudes(vec3<S> const& a) { return abs(a.x) + abs(a.y) + abs(a.z); }
-
 /// Twice the rate at which steps shrink, and 1 at most: what is left after the second step, in units of it.
 template <scalar S> PATCHRT_INLINE S rate(S second, S first) {
   using L = lane_t<S>;
@@ -62,7 +60,8 @@ namespace detail {
 /// What a hit may be wrong by where the ray passes S(u, v) within `beside`, give or take `rounding`: both over the cosine between
 /// ray and normal.
 template <scalar S> PATCHRT_INLINE S error_of(S beside, S rounding, vec3<S> const& normal, vec3<S> const& direction) {
-  S const cosine = abs(dot(normal, direction)) / sqrt(dot(normal, normal) * dot(direction, direction));
+  vec3<S> const unit = scale(normal, S(lane_t<S>(1)) / max(max(abs(normal.x), abs(normal.y)), abs(normal.z)));
+  S const cosine = abs(dot(unit, direction)) / sqrt(dot(unit, unit) * dot(direction, direction));
   S const error = (beside + rounding) / cosine;
   return select(error == error, error, S(std::numeric_limits<lane_t<S>>::infinity()));
 }
@@ -101,7 +100,7 @@ PATCHRT_INLINE chord_steps<S> correct_by_chords(Power const& power, lane_t<S> ro
   root.t = dot(second.beside, rows.t) - second.along;
   root.u = fma(x, half, half);
   root.v = fma(y, half, half);
-  S const floor = fma(S(L(4) * std::numeric_limits<L>::epsilon()), detail::sum_of_magnitudes(origin), S(rounding));
+  S const floor = fma(S(L(4) * std::numeric_limits<L>::epsilon()), sum_of_magnitudes(origin), S(rounding));
   root.error = floor * rows.per_cosine;
   auto const settled = (last * last <= before * S(L(0x1p-53)) || last <= S(L(0x1p-50))) && before < S(L(0x1p-6)) &&
                        abs(x) <= one && abs(y) <= one;
@@ -191,7 +190,7 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
                              vec3<S> const& direction, patch_root<S>& root) {
   using L = lane_t<S>;
   S const zero(L(0)), one(L(1));
-  S const rounding = S(L(32) * std::numeric_limits<L>::epsilon()) * (detail::sum_of_magnitudes(origin) + S(size));
+  S const rounding = S(L(32) * std::numeric_limits<L>::epsilon()) * (sum_of_magnitudes(origin) + S(size));
   S const per_square = one / dot(direction, direction);
   S u = min(max(root.u, zero), one), v = min(max(root.v, zero), one);
   auto moving = root.valid;
@@ -218,17 +217,21 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     v = select(moving, second_v, v);
     vec3<S> const step = fma(du, p.du, scale(p.dv, dv));
     root.t = select(moving, fma(dot(step, direction), per_square, -left.along), root.t);  // to the corrected point
-    last = select(moving, detail::sum_of_magnitudes(step) * detail::rate(second, first), last);
+    last = select(moving, sum_of_magnitudes(step) * detail::rate(second, first), last);
     normal = select(moving, cross(p.du, p.dv), normal);
     unsure = (unsure && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
     // Steps drown in rounding once the distance from the ray does. What steps say is right only if they account for that distance:
     // they do not where the Jacobian is nearly singular and the ray just misses.
-    S const beside = detail::sum_of_magnitudes(left.beside);
-    unsure = unsure || (moving && !(beside <= fma(S(L(2)), detail::sum_of_magnitudes(step), rounding)));
+    S const beside = sum_of_magnitudes(left.beside);
+    unsure = unsure || (moving && !(beside <= fma(S(L(2)), sum_of_magnitudes(step), rounding)));
     moving =
         moving && S(L(0.25)) * rounding < beside && first * S(L(0x1p-53)) < second * second && S(L(0x1p-50)) < second;
   }
-  unsure = (unsure || moving) && root.valid;
+  root.error = detail::error_of(last, rounding, normal, direction);
+  // Where a root can be anywhere along a good part of the patch, steps may seem to converge where there is none.
+  auto const is_vague = root.valid && !(root.error < S(L(0x1p-8) * size));
+  S const vague_error = select(is_vague && !(unsure || moving), root.error, zero);
+  unsure = root.valid && (unsure || moving || is_vague);
   if (any_of(unsure)) {
     detail::slide_along_edges(patch, origin, direction, per_square, u, v, unsure);
     surface_point<S> p = evaluate(patch, u, v);
@@ -237,9 +240,9 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
       return select(parameter == S(side), S(static_cast<L>(gap)), zero);
     };
     S const gap = max(max(at(u, L(0), gaps.u0), at(u, L(1), gaps.u1)), max(at(v, L(0), gaps.v0), at(v, L(1), gaps.v1)));
-    auto found = unsure && detail::sum_of_magnitudes(chord.beside) <= rounding + gap;
-    auto const at_pole = unsure && !found &&
-                         min(detail::sum_of_magnitudes(p.du), detail::sum_of_magnitudes(p.dv)) < S(L(0x1p-10) * size);
+    auto found = unsure && sqrt(dot(chord.beside, chord.beside)) <= rounding + gap;
+    auto const at_pole =
+        unsure && !found && min(sum_of_magnitudes(p.du), sum_of_magnitudes(p.dv)) < S(L(0x1p-10) * size);
     if (any_of(at_pole)) {
       found = found || detail::correct_beside_pole(patch, rounding, origin, direction, u, v, at_pole);
       chord = detail::split_along(difference(position(patch, u, v), origin), direction, per_square);
@@ -249,10 +252,10 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     p = evaluate(patch, min(max(u, edge), one - edge), min(max(v, edge), one - edge));
     normal = select(unsure, cross(p.du, p.dv), normal);
     root.t = select(unsure, chord.along, root.t);
-    last = select(unsure, detail::sum_of_magnitudes(chord.beside), last);
+    S const error = detail::error_of(sum_of_magnitudes(chord.beside), rounding, normal, direction);
+    root.error = select(unsure, max(error, vague_error), root.error);
     root.valid = root.valid && (!unsure || found);
   }
-  root.error = detail::error_of(last, rounding, normal, direction);
   root.u = u;
   root.v = v;
 }

@@ -6,8 +6,8 @@
 /// for.
 
 #include <patchrt/shapes/bezier_normal.hpp>
-#include <patchrt/shapes/power_patch.hpp>
 #include <patchrt/shapes/rational_normal.hpp>
+#include <patchrt/shapes/surface_form.hpp>
 
 #include <limits>
 #include <type_traits>
@@ -22,13 +22,6 @@ template <scalar T> struct surface_departure {
 };
 
 namespace detail {
-
-template <scalar P, int M, int N> PATCHRT_INLINE vec3<P> const& first_corner(bezier_patch<P, M, N> const& patch) {
-  return patch.control_points[0];
-}
-template <scalar P, int M, int N> PATCHRT_INLINE vec3<P> const& first_corner(rational_patch<P, M, N> const& patch) {
-  return patch.control_points[0].point;
-}
 
 /// `patch` seen from `base`, a rounding of Q a coordinate.
 template <scalar Q, scalar P, int M, int N>
@@ -52,8 +45,6 @@ PATCHRT_INLINE rational_patch<Q, M, N> relative_to(rational_patch<P, M, N> const
 template <scalar P, scalar T>
 using wider_t = std::conditional_t<sizeof(lane_t<P>) < sizeof(lane_t<T>), rebind_lane_t<P, lane_t<T>>, P>;
 
-template <scalar P> PATCHRT_INLINE P sum_of_coordinates(vec3<P> const& a) { return a.x + a.y + a.z; }
-
 }  // namespace detail
 
 /// How far from `patch` a ray has to start so that an intersector that computes in T's precision does not meet it where
@@ -64,10 +55,11 @@ template <scalar P> PATCHRT_INLINE P sum_of_coordinates(vec3<P> const& a) { retu
 /// S(u, v) as `depart_from` computes it, and what an intersector may be off by gets the rest: S by the power form is
 /// within 20 eps |s| (see `exact_patch`), `correct` takes what a ray passes within 32 eps (|origin| + max h), and an
 /// origin relative to the middle has |origin| <= |h|, and a rounding of it of eps |h| / 2.
-/// \note Near an edge the neighbours are to be cleared too: take the largest clearance of all, and add how far their
-///       edges are apart; a fold or crease that turns towards the ray is met all the same. `accuracy::fast` rounds rays
-///       in the whole scene's frame: take clearance<float>(patch) and 2^-19 times the scene's diagonal; its rays within
-///       a hundredth of the tangent plane may still report the surface they leave, with an `error` that says so.
+/// \note Near an edge the neighbours are to be cleared too: take the largest clearance of all, and add how far their edges are
+///       apart; `trace/depart.hpp` does so for hits of a hierarchy. A fold or crease that turns towards the ray is met all the
+///       same. `accuracy::fast` rounds rays in the whole scene's frame: take clearance<float>(patch) and 2^-19 times the
+///       scene's diagonal; its rays within a hundredth of the tangent plane may still report the surface they leave, with an
+///       `error` that says so.
 template <scalar T, scalar P, int M, int N> PATCHRT_HD T clearance(bezier_patch<P, M, N> const& patch) {
   using L = lane_t<P>;
   static_assert(M <= 5 && N <= 5);
@@ -75,8 +67,7 @@ template <scalar T, scalar P, int M, int N> PATCHRT_HD T clearance(bezier_patch<
   P const half(L(0.5));
   vec3<P> const extent = difference(scale(hi, half), scale(lo, half));
   vec3<P> const sums = coefficient_sum(to_power(detail::relative_to<P>(patch, sum(lo, extent))));
-  P const reach =
-      max(detail::sum_of_coordinates(extent) + detail::largest_component(extent), detail::sum_of_coordinates(sums));
+  P const reach = max(sum_of_magnitudes(extent) + detail::largest_component(extent), sum_of_magnitudes(sums));
   return convert<T>(reach) * T(64 * std::numeric_limits<lane_t<T>>::epsilon());
 }
 
@@ -89,7 +80,7 @@ template <scalar T, scalar P, int M, int N> PATCHRT_HD T clearance(rational_patc
   auto const [lo, hi] = bounds(patch);
   P const half(L(0.5));
   vec3<P> const extent = difference(scale(hi, half), scale(lo, half));
-  P const reach = detail::sum_of_coordinates(extent) + detail::largest_component(extent);
+  P const reach = sum_of_magnitudes(extent) + detail::largest_component(extent);
   return convert<T>(reach) * T(128 * std::numeric_limits<lane_t<T>>::epsilon());
 }
 
@@ -101,7 +92,7 @@ template <scalar T, scalar P, int M, int N> PATCHRT_HD T clearance(rational_patc
 /// `position`.
 /// \pre 0 <= u, v <= 1; no over- or underflow.
 template <class Patch, scalar T> PATCHRT_HD surface_departure<T> depart_from(Patch const& patch, T u, T v, T clear) {
-  auto const base = detail::first_corner(patch);
+  auto const base = control_point(patch, 0);
   using Q = detail::wider_t<std::decay_t<decltype(base.x)>, T>;
   vec3<T> const here = position(detail::relative_to<Q>(patch, base), u, v);
   return {sum(convert_vec<T>(base), here), normal(patch, u, v), clear};
@@ -132,7 +123,7 @@ PATCHRT_INLINE vec3<D> offset_origin(surface_departure<T> const& from, vec3<D> c
   constexpr L unit = L(2) * std::numeric_limits<L>::epsilon() +
                      (std::is_same_v<D, T> ? L(0) : static_cast<L>(std::numeric_limits<lane_t<D>>::epsilon()));
   vec3<T> const& p = from.position;
-  T const distance = fma(T(unit), detail::sum_of_coordinates(absolute(p)), from.clearance);
+  T const distance = fma(T(unit), sum_of_magnitudes(p), from.clearance);
   auto const behind = dot(from.normal, convert_vec<T>(direction)) < T(L(0));
   return convert_vec<D>(fma(select(behind, -distance, distance), from.normal, p));
 }

@@ -109,6 +109,7 @@ template <scalar T> struct patch_cell {
 template <scalar T> struct cell_start {
   T x, y;
   mask_t<T> possible;
+  mask_t<T> mirrored;  ///< the Jacobian's determinant is negative in the cell's middle
 };
 
 /// The root of the cell's linear part, and the proof, where it holds, that the cell has no root.
@@ -129,7 +130,7 @@ PATCHRT_INLINE cell_start<T> linear_start(projected_patch<T, M, N> const& p, vec
   T const reach_x = fma(det, c.half_x, fma(abs(b.gy), rf, abs(b.fy) * rg));
   T const reach_y = fma(det, c.half_y, fma(abs(b.gx), rf, abs(b.fx) * rg));
   limited_step<T> const step = limit_step(s, c.half_x, c.half_y);
-  return {c.x + step.dx, c.y + step.dy, abs(s.dx) <= reach_x && abs(s.dy) <= reach_y};
+  return {c.x + step.dx, c.y + step.dy, abs(s.dx) <= reach_x && abs(s.dy) <= reach_y, s.det < T(0)};
 }
 
 /// What is known of the roots in one cell.
@@ -138,6 +139,8 @@ template <scalar T> struct cell_verdict {
   mask_t<T> possible;     ///< the cell may have a root
   mask_t<T> at_most_one;  ///< it has no second one
   mask_t<T> convergent;   ///< nor can Newton's iteration miss its root, from wherever in the cell
+  mask_t<T> mirrored;     ///< the Jacobian's determinant is negative in its middle
+  T along_x, along_y;     ///< bounds what both functions together change along half the cell's width, and its height
 };
 
 namespace detail {
@@ -217,17 +220,21 @@ PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T, M, N> const& p, T
   v.at_most_one = T(0) < a && T(0) < d && b * c < less * (a * d);
   T const quarter = T(lane_t<T>(0.25)) * det;
   v.convergent = (det - a) + b < quarter && c + (det - d) < quarter;
+  v.along_x = (fx + gx) + (f.x_change + g.x_change);
+  v.along_y = (fy + gy) + (f.y_change + g.y_change);
+  v.mirrored = s.det < T(0);
   limited_step<T> const step = limit_step(s, T(1), T(1));
   v.x = fma(step.dx, half_x, x);
   v.y = fma(step.dy, half_y, y);
   return v;
 }
 
-/// Newton's iterate, how far rounding may have moved it and the patch's gap may reach (to first order), the lanes that converged, and the steps that were taken.
+/// Where Newton's iteration ended.
 template <scalar T> struct newton_result {
   T x, y;
-  T error_x, error_y;
+  T error_x, error_y;  ///< how far rounding may have moved it and the patch's gap may reach, to first order
   mask_t<T> converged;
+  mask_t<T> mirrored;  ///< the Jacobian's determinant is negative there
   int steps;
 };
 
@@ -253,7 +260,7 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T, M, N> const& p, T x, T
     auto const moving = active && (is_short || !at_root);
     x = select(moving, x + step.dx, x);
     y = select(moving, y + step.dy, y);
-    det = select(active, abs(s.det), det);
+    det = select(active, s.det, det);
     error_x = select(active, fma(abs(b.gy), off_f, abs(b.fy) * off_g), error_x);
     error_y = select(active, fma(abs(b.gx), off_f, abs(b.fx) * off_g), error_y);
     converged = converged || (active && (is_short || at_root));
@@ -261,8 +268,8 @@ PATCHRT_INLINE newton_result<T> newton(projected_patch<T, M, N> const& p, T x, T
     active = active && !converged && abs(x) < away && abs(y) < away;
     ++steps;
   }
-  T const least = max(det, T(std::numeric_limits<lane_t<T>>::min()));
-  return {x, y, error_x / least, error_y / least, converged, steps};
+  T const least = max(abs(det), T(std::numeric_limits<lane_t<T>>::min()));
+  return {x, y, error_x / least, error_y / least, converged, det < T(0), steps};
 }
 
 }  // namespace patchrt

@@ -27,7 +27,7 @@ PATCHRT_OUTLINE int solve_on_planes(Patch const& patch, lane_t<S> size, vec3<S> 
   S const length = sqrt(dot(direction, direction));
   vec3<S> const unit = scale(direction, S(1) / length);
   plane_normals(unit, n1, n2);
-  S const reach = detail::sum_of_magnitudes(origin) + S(size);
+  S const reach = sum_of_magnitudes(origin) + S(size);
   S const eps = S(L(1e-15)) * reach;
   S before(std::numeric_limits<L>::infinity());
   auto moving = root.valid;

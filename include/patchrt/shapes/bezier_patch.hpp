@@ -129,7 +129,8 @@ PATCHRT_INLINE surface_point<T> evaluate(bezier_patch<P, M, N> const& patch, T u
 }
 
 /// Q alone at (u, v): the same bits as `evaluate` gives, for 20 products a coordinate of a bicubic.
-template <scalar P, int M, int N, scalar T> PATCHRT_INLINE vec3<T> position(bezier_patch<P, M, N> const& patch, T u, T v) {
+template <scalar P, int M, int N, scalar T>
+PATCHRT_INLINE vec3<T> position(bezier_patch<P, M, N> const& patch, T u, T v) {
   auto const wu = detail::bernstein_weights<M>(u);
   auto const wv = detail::bernstein_weights<N>(v);
   vec3<T> q;

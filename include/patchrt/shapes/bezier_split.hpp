@@ -31,8 +31,8 @@ template <scalar T> struct segment_middle {
 };
 
 /// De Casteljau's triangle over N + 1 points `stride` apart, in place: they become those of the second part.
-template <int N, scalar T, class Point>
-PATCHRT_INLINE void cut_curve(vec3<T>* second, vec3<T>* first, int stride, Point const& point) {
+template <int N, class V, class Point>
+PATCHRT_INLINE void cut_curve(V* second, V* first, int stride, Point const& point) {
   first[0] = second[0];
   for (int n = 1; n <= N; ++n) {
     for (int k = 0; k <= N - n; ++k) second[k * stride] = point(second[k * stride], second[(k + 1) * stride]);
@@ -40,30 +40,35 @@ PATCHRT_INLINE void cut_curve(vec3<T>* second, vec3<T>* first, int stride, Point
   }
 }
 
+/// Control points of degree (M, N) cut along u or v: those of the second part take their place.
+template <int M, int N, class V, class Point> PATCHRT_INLINE void cut_net_u(V* second, V* first, Point const& point) {
+  for (int j = 0; j <= N; ++j) cut_curve<M>(second + j, first + j, N + 1, point);
+}
+template <int M, int N, class V, class Point> PATCHRT_INLINE void cut_net_v(V* second, V* first, Point const& point) {
+  for (int i = 0; i <= M; ++i) cut_curve<N>(second + i * (N + 1), first + i * (N + 1), 1, point);
+}
+
 template <scalar T, int M, int N, class Point>
 PATCHRT_INLINE patch_halves<T, M, N> cut_u(bezier_patch<T, M, N> const& patch, Point const& point) {
   patch_halves<T, M, N> h{patch, patch};
-  for (int j = 0; j <= N; ++j) cut_curve<M>(h.second.control_points + j, h.first.control_points + j, N + 1, point);
+  cut_net_u<M, N>(h.second.control_points, h.first.control_points, point);
   return h;
 }
 
 template <scalar T, int M, int N, class Point>
 PATCHRT_INLINE patch_halves<T, M, N> cut_v(bezier_patch<T, M, N> const& patch, Point const& point) {
   patch_halves<T, M, N> h{patch, patch};
-  for (int i = 0; i <= M; ++i) {
-    int const row = i * (N + 1);
-    cut_curve<N>(h.second.control_points + row, h.first.control_points + row, 1, point);
-  }
+  cut_net_v<M, N>(h.second.control_points, h.first.control_points, point);
   return h;
 }
 
 /// Points of the curve's part from t = a to t = b, by its blossom: point k is the blossom at N - k times a and k times b.
-template <int N, scalar T>
-PATCHRT_INLINE void restrict_curve(vec3<T>* p, int stride, segment_point<T> const& at_a, segment_point<T> const& at_b) {
-  vec3<T> at[N + 1];  // the blossom at n times a
+template <int N, class V, class Point>
+PATCHRT_INLINE void restrict_curve(V* p, int stride, Point const& at_a, Point const& at_b) {
+  V at[N + 1];  // the blossom at n times a
   for (int k = 0; k <= N; ++k) at[k] = p[k * stride];
   for (int n = 0; n <= N; ++n) {
-    vec3<T> rest[N + 1];
+    V rest[N + 1];
     for (int k = 0; k <= N - n; ++k) rest[k] = at[k];
     for (int m = N - n; m > 0; --m) {
       for (int k = 0; k < m; ++k) rest[k] = at_b(rest[k], rest[k + 1]);
@@ -71,6 +76,13 @@ PATCHRT_INLINE void restrict_curve(vec3<T>* p, int stride, segment_point<T> cons
     p[(N - n) * stride] = rest[0];
     for (int k = 0; k < N - n; ++k) at[k] = at_a(at[k], at[k + 1]);
   }
+}
+
+/// Control points of degree (M, N) to those of a part, first along u, then along v.
+template <int M, int N, class Point, class V, scalar T> PATCHRT_HD void restrict_net(V* net, T u0, T u1, T v0, T v1) {
+  Point const at_u0(u0), at_u1(u1), at_v0(v0), at_v1(v1);
+  for (int j = 0; j <= N; ++j) restrict_curve<M>(net + j, N + 1, at_u0, at_u1);
+  for (int i = 0; i <= M; ++i) restrict_curve<N>(net + i * (N + 1), 1, at_v0, at_v1);
 }
 
 }  // namespace detail
@@ -113,9 +125,7 @@ PATCHRT_INLINE patch_halves<T, M, N> split_v(bezier_patch<T, M, N> const& patch,
 template <scalar T, int M, int N>
 PATCHRT_HD bezier_patch<T, M, N> sub_patch(bezier_patch<T, M, N> const& patch, T u0, T u1, T v0, T v1) {
   bezier_patch<T, M, N> part = patch;
-  detail::segment_point<T> const at_u0(u0), at_u1(u1), at_v0(v0), at_v1(v1);
-  for (int j = 0; j <= N; ++j) detail::restrict_curve<M>(part.control_points + j, N + 1, at_u0, at_u1);
-  for (int i = 0; i <= M; ++i) detail::restrict_curve<N>(part.control_points + i * (N + 1), 1, at_v0, at_v1);
+  detail::restrict_net<M, N, detail::segment_point<T>>(part.control_points, u0, u1, v0, v1);
   return part;
 }
 

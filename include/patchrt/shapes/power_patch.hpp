@@ -30,6 +30,12 @@ template <int N, class V, class L> PATCHRT_HD void bernstein_to_power(V* p, int 
   }
 }
 
+/// The same of a net of degree (M, N), along v, then along u.
+template <int M, int N, class V, class L> PATCHRT_HD void net_to_power(V* net, L half) {
+  for (int i = 0; i <= M; ++i) bernstein_to_power<N>(net + (N + 1) * i, 1, half);
+  for (int j = 0; j <= N; ++j) bernstein_to_power<M>(net + j, N + 1, half);
+}
+
 /// sum a[(N + 1) k + l] x^k y^l.
 template <int M, int N, class A, scalar T> PATCHRT_INLINE T horner(A const& a, T x, T y) {
   T value;
@@ -69,10 +75,8 @@ PATCHRT_INLINE void horner(A const& a, T x, T y, T& value, T& by_x, T& by_y) {
 /// w_k^M w_l^N m and gamma_(M + N + 2) w_k^M w_l^N m off: M + 1 roundings along u and N + 1 along v.
 template <scalar T, int M, int N> PATCHRT_HD power_patch<T, M, N> to_power(bezier_patch<T, M, N> const& patch) {
   power_patch<T, M, N> q;
-  T const half(lane_t<T>(0.5));
   for (int i = 0; i < (M + 1) * (N + 1); ++i) q.coefficients[i] = patch.control_points[i];
-  for (int i = 0; i <= M; ++i) detail::bernstein_to_power<N>(q.coefficients + (N + 1) * i, 1, half);
-  for (int j = 0; j <= N; ++j) detail::bernstein_to_power<M>(q.coefficients + j, N + 1, half);
+  detail::net_to_power<M, N>(q.coefficients, T(lane_t<T>(0.5)));
   return q;
 }
 

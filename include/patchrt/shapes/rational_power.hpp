@@ -39,13 +39,11 @@ template <scalar T, int C, class P, int M, int N> struct rational_coordinate {
 template <scalar T, int M, int N>
 PATCHRT_HD rational_power_patch<T, M, N> to_power(rational_patch<T, M, N> const& patch) {
   rational_power_patch<T, M, N> q;
-  T const half(lane_t<T>(0.5));
   for (int i = 0; i < (M + 1) * (N + 1); ++i) {
     weighted_point<T> const& p = patch.control_points[i];
     q.coefficients[i] = {scale(p.point, p.weight), p.weight};
   }
-  for (int i = 0; i <= M; ++i) detail::bernstein_to_power<N>(q.coefficients + (N + 1) * i, 1, half);
-  for (int j = 0; j <= N; ++j) detail::bernstein_to_power<M>(q.coefficients + j, N + 1, half);
+  detail::net_to_power<M, N>(q.coefficients, T(lane_t<T>(0.5)));
   return q;
 }
 

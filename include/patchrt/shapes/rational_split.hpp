@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <patchrt/shapes/bezier_split.hpp>
 #include <patchrt/shapes/rational_patch.hpp>
 
 namespace patchrt {
@@ -38,34 +39,6 @@ template <scalar T> struct weighted_segment {
   }
 };
 
-/// De Casteljau's triangle over N + 1 points `stride` apart, in place: they become those of the second part.
-template <int N, scalar T>
-PATCHRT_INLINE void cut_curve(weighted_point<T>* second, weighted_point<T>* first, int stride,
-                              weighted_segment<T> const& at) {
-  first[0] = second[0];
-  for (int n = 1; n <= N; ++n) {
-    for (int k = 0; k <= N - n; ++k) second[k * stride] = at(second[k * stride], second[(k + 1) * stride]);
-    first[n * stride] = second[0];
-  }
-}
-
-/// Points of the curve's part from t = a to t = b: point k is the blossom at N - k times a and k times b.
-template <int N, scalar T>
-PATCHRT_INLINE void restrict_curve(weighted_point<T>* p, int stride, weighted_segment<T> const& at_a,
-                                   weighted_segment<T> const& at_b) {
-  weighted_point<T> at[N + 1];  // the blossom at n times a
-  for (int k = 0; k <= N; ++k) at[k] = p[k * stride];
-  for (int n = 0; n <= N; ++n) {
-    weighted_point<T> rest[N + 1];
-    for (int k = 0; k <= N - n; ++k) rest[k] = at[k];
-    for (int m = N - n; m > 0; --m) {
-      for (int k = 0; k < m; ++k) rest[k] = at_b(rest[k], rest[k + 1]);
-    }
-    p[(N - n) * stride] = rest[0];
-    for (int k = 0; k < N - n; ++k) at[k] = at_a(at[k], at[k + 1]);
-  }
-}
-
 }  // namespace detail
 
 /// The parts of a rational patch below and above the parameter u.
@@ -79,8 +52,7 @@ PATCHRT_INLINE void restrict_curve(weighted_point<T>* p, int stride, weighted_se
 template <scalar T, int M, int N>
 PATCHRT_HD rational_halves<T, M, N> split_u(rational_patch<T, M, N> const& patch, T u) {
   rational_halves<T, M, N> h{patch, patch};
-  detail::weighted_segment<T> const at(u);
-  for (int j = 0; j <= N; ++j) detail::cut_curve<M>(h.second.control_points + j, h.first.control_points + j, N + 1, at);
+  detail::cut_net_u<M, N>(h.second.control_points, h.first.control_points, detail::weighted_segment<T>(u));
   return h;
 }
 
@@ -88,11 +60,7 @@ PATCHRT_HD rational_halves<T, M, N> split_u(rational_patch<T, M, N> const& patch
 template <scalar T, int M, int N>
 PATCHRT_HD rational_halves<T, M, N> split_v(rational_patch<T, M, N> const& patch, T v) {
   rational_halves<T, M, N> h{patch, patch};
-  detail::weighted_segment<T> const at(v);
-  for (int i = 0; i <= M; ++i) {
-    int const row = i * (N + 1);
-    detail::cut_curve<N>(h.second.control_points + row, h.first.control_points + row, 1, at);
-  }
+  detail::cut_net_v<M, N>(h.second.control_points, h.first.control_points, detail::weighted_segment<T>(v));
   return h;
 }
 
@@ -117,9 +85,7 @@ PATCHRT_INLINE rational_halves<T, M, N> split_v(rational_patch<T, M, N> const& p
 template <scalar T, int M, int N>
 PATCHRT_HD rational_patch<T, M, N> sub_patch(rational_patch<T, M, N> const& patch, T u0, T u1, T v0, T v1) {
   rational_patch<T, M, N> part = patch;
-  detail::weighted_segment<T> const at_u0(u0), at_u1(u1), at_v0(v0), at_v1(v1);
-  for (int j = 0; j <= N; ++j) detail::restrict_curve<M>(part.control_points + j, N + 1, at_u0, at_u1);
-  for (int i = 0; i <= M; ++i) detail::restrict_curve<N>(part.control_points + i * (N + 1), 1, at_v0, at_v1);
+  detail::restrict_net<M, N, detail::weighted_segment<T>>(part.control_points, u0, u1, v0, v1);
   return part;
 }
 

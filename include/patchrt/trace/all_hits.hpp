@@ -61,7 +61,7 @@ std::vector<patch_hit> all_hits(basic_mixed_hierarchy_view<Surface> const& hiera
   auto const add = [&](std::int32_t patch, patch_root<double> const& root) {
     found.push_back(detail::place(hierarchy, patch, root));
   };
-  visit_roots<A>(hierarchy, r, [&add](std::int32_t patch, patch_root<double> const& root) { add(patch, root); });
+  visit_roots<A>(hierarchy, r, add);
   std::sort(found.begin(), found.end(), [](detail::placed_hit const& a, detail::placed_hit const& b) {
     if (a.hit.t != b.hit.t) return a.hit.t < b.hit.t;
     if (a.hit.patch != b.hit.patch) return a.hit.patch < b.hit.patch;
