@@ -210,7 +210,7 @@ inward_count look_inside(patch_list const& scene, ray_list const& from_outside, 
             4 * norm(rays[i].origin - from.position) / std::abs(dot(from.normal, rays[i].direction));
         auto const roots = truth.all_hits(numbers_of(ray<double>{from.position, rays[i].direction, 0, no_limit}));
         c.open += std::none_of(roots.begin(), roots.end(),
-                               [&](oracle_root const& root) { return double(root.t) > left_behind; });
+                               [&](oracle_root const& root) { return double(root.t - root.slack) > left_behind; });
       }
     }
   }

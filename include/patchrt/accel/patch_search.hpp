@@ -213,17 +213,35 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   }
 
   PATCHRT_OUTLINE void add_parts(TM folded, patch_cell<T> const& c) {
+    undecided_parts undecided(folded);
     subdivide<false>({c.x, c.y, c.half_x, c.half_y, folded},
                      [&](TM lanes, TM single, TM mirrored, T x, T y, patch_part<T> const& p) {
-                       TM on = lanes;
-                       if constexpr (is_thorough) {
-                         on = lanes && single;
-                         find_roots(lanes && !single, p, cell_entry_);
-                         if (!any_of(on)) return;
-                       }
-                       add(on, single, mirrored, x, y, p);
+                       TM const on = is_thorough ? lanes && single : lanes;
+                       if constexpr (is_thorough) undecided.add(lanes && !single, p);
+                       if (any_of(on)) add(on, single, mirrored, x, y, p);
                      });
+    find_roots(undecided.all(), cell_entry_);
   }
+
+  /// The smallest rectangle around parts that float did not decide: a contact may be common to several of them.
+  struct undecided_parts {
+    TM lanes;
+    T low_x, high_x, low_y, high_y;
+
+    PATCHRT_INLINE explicit undecided_parts(TM any) : lanes(any && !any), low_x(2), high_x(-2), low_y(2), high_y(-2) {}
+    PATCHRT_INLINE void add(TM on, patch_part<T> const& p) {
+      lanes = lanes || on;
+      low_x = select(on, min(low_x, p.x - p.half_x), low_x);
+      high_x = select(on, max(high_x, p.x + p.half_x), high_x);
+      low_y = select(on, min(low_y, p.y - p.half_y), low_y);
+      high_y = select(on, max(high_y, p.y + p.half_y), high_y);
+    }
+    PATCHRT_INLINE patch_part<T> all() const {
+      T const half(0.5f);
+      return {half * (low_x + high_x), half * (low_y + high_y), half * (high_x - low_x), half * (high_y - low_y),
+              lanes};
+    }
+  };
 
   /// Puts cells off until Newton's iteration can run with as many lanes as possible.
   PATCHRT_INLINE void add(TM lanes, TM single, TM mirrored, T x, T y, patch_part<T> const& cell) {
@@ -322,6 +340,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   /// Having one root at most does not make Newton's iteration find it: where it went astray, the cell's parts are searched.
   PATCHRT_OUTLINE void search_again(TM astray) {
     auto const& w = waiting_;
+    undecided_parts undecided(astray);
     subdivide<true>({w.cell_x, w.cell_y, w.half_x, w.half_y, astray},
                     [&](TM lanes, TM proved, TM mirrored, T x, T y, patch_part<T> const& p) {
                       cell_batch part{x, y, p.x, p.y, p.half_x, p.half_y, w.entry, proved, mirrored, lanes};
@@ -329,11 +348,12 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
                         part.lanes = lanes && proved;
                         TM unfinished = lanes && !proved;
                         if (any_of(part.lanes)) unfinished = unfinished || solve(part).unfinished;
-                        find_roots(unfinished, p, w.entry);
+                        undecided.add(unfinished, p);
                       } else {
                         (void)solve(part);
                       }
                     });
+    find_roots(undecided.all(), w.entry);
   }
 
   /// Lanes whose roots `solve` has not settled.
@@ -361,7 +381,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
         // Where rounding alone moves the root across the cell, float has not found it.
         vague = inside && !(n.error_x < w.half_x && n.error_y < w.half_y);
         nearby = vague || (nearby && !((n.mirrored && !w.mirrored) || (w.mirrored && !n.mirrored)));
-        find_roots(vague, {w.cell_x, w.cell_y, w.half_x, w.half_y, vague}, w.entry);
+        find_roots({w.cell_x, w.cell_y, w.half_x, w.half_y, vague}, w.entry);
       } else if constexpr (A == accuracy::certified) {
         nearby = inside;
       }
@@ -414,7 +434,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
         S const at = fma(root.t * state_.per_scaled, state_.to_search, -state_.shift);
         state_.touches_from =
             select(root.valid && !proved, min(counts_from(at, entry), state_.touches_from), state_.touches_from);
-        find_roots(inside && !convert<TM>(proved), {w.cell_x, w.cell_y, w.half_x, w.half_y, inside}, entry);
+        find_roots({w.cell_x, w.cell_y, w.half_x, w.half_y, inside && !convert<TM>(proved)}, entry);
       }
       root.t = root.t * state_.per_scaled;
       keep(entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
@@ -466,11 +486,12 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   }
 
   /// Decides what the search in float did not: all roots in a part of a cell, ray by ray.
-  PATCHRT_INLINE void find_roots(TM lanes, patch_part<T> const& part, T entry) {
-    if (any_of(lanes)) find_lane_roots(lanes, part, entry);
+  PATCHRT_INLINE void find_roots(patch_part<T> const& part, T entry) {
+    if constexpr (is_thorough)
+      if (any_of(part.lanes)) find_lane_roots(part, entry);
   }
 
-  PATCHRT_OUTLINE void find_lane_roots(TM lanes, patch_part<T> const& part, T entry) {
+  PATCHRT_OUTLINE void find_lane_roots(patch_part<T> const& part, T entry) {
     constexpr int N = lanes_v<T>;
     float x[N], y[N], half_x[N], half_y[N];
     store_lanes(part.x, x);
@@ -481,7 +502,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     vec3<S> const &o = state_.origin, &d = state_.search_direction;
     S const coordinates[6] = {o.x, o.y, o.z, d.x, d.y, d.z};
     for (int k = 0; k < 6; ++k) store_lanes(coordinates[k], number[k]);
-    for (unsigned rest = mask_bits(lanes); rest != 0; rest &= rest - 1) {
+    for (unsigned rest = mask_bits(part.lanes); rest != 0; rest &= rest - 1) {
       int const i = lowest_bit(rest);
       TM const on = convert<TM>(1u << i);
       vec3<L> const origin = vec3<L>(number[0][i], number[1][i], number[2][i]) - vec3<L>(exact_.base);

@@ -33,13 +33,13 @@ template <class L> struct undecided_part {
 /// Halves the part along the parameters that the plane functions change with, level by level, until Newton's iteration cannot
 /// fail in what is left: beside a contact that takes as many levels as it takes for parts to become smaller than the distance
 /// between its two roots, with a few parts in each; beside an edge that is one point, parts stay as long as the edge. Where
-/// there are more than `most_parts` of them (the ray has a curve in common with the patch), or the functions are within
-/// rounding all over a part, the parts are given to the correction as they are. `origin` is relative to the patch's base;
+/// there are more than `most_parts` of them (the ray has a curve in common with the patch), or a part is as narrow as the square
+/// root of rounding, or the functions are within rounding all over it, parts are given to the correction as they are. `origin` is relative to the patch's base;
 /// lengths are taken times `to_search`, so that no product of them over- or underflows.
 template <class L, class Surface, class Sink>
 PATCHRT_HD void separate_roots(exact_patch<Surface> const& exact, vec3<L> const& origin, vec3<L> const& direction,
                                L to_search, patch_part<L> const& part, Sink&& sink) {
-  constexpr int most_parts = 16, most_levels = 48;
+  constexpr int most_parts = 16;
   using form = surface_form<Surface>;
   vec3<L> n1, n2;
   plane_normals(direction, n1, n2);
@@ -50,7 +50,7 @@ PATCHRT_HD void separate_roots(exact_patch<Surface> const& exact, vec3<L> const&
   L const gap = max(max(exact.gaps.u0, exact.gaps.u1), max(exact.gaps.v0, exact.gaps.v1));
   projected.gap_f = gap * sum_of_magnitudes(n1);
   projected.gap_g = gap * sum_of_magnitudes(n2);
-  L const floor = L(8) * (projected.rounding_f + projected.rounding_g);
+  L const floor = L(8) * (projected.rounding_f + projected.rounding_g), narrow = L(0x1p-26);
   auto const correct_from = [&](L x, L y) {
     patch_root<L> root{L(0), fma(x, L(0.5), L(0.5)), fma(y, L(0.5), L(0.5)), L(0), true};
     correct(exact.patch, L(exact.size), exact.gaps, origin, direction, root);
@@ -61,7 +61,7 @@ PATCHRT_HD void separate_roots(exact_patch<Surface> const& exact, vec3<L> const&
     undecided_part<L> const* const parents = lists[level % 2];
     undecided_part<L>* const next = lists[(level + 1) % 2];
     int count = 0;
-    bool is_crowded = level == most_levels;
+    bool is_crowded = false;
     for (int i = 0; i < size; ++i) {
       undecided_part<L> const& parent = parents[i];
       L const half_x = parent.in_x ? parent.half_x * L(0.5) : parent.half_x;
@@ -73,7 +73,8 @@ PATCHRT_HD void separate_roots(exact_patch<Surface> const& exact, vec3<L> const&
         cell_verdict<L> const v = examine_cell(projected, x, y, half_x, half_y);
         if (!v.possible) continue;
         is_crowded = is_crowded || count == most_parts;
-        if (v.convergent || v.along_x + v.along_y < floor || count == most_parts) correct_from(v.x, v.y);
+        if (v.convergent || min(half_x, half_y) < narrow || v.along_x + v.along_y < floor || count == most_parts)
+          correct_from(v.x, v.y);
         else
           next[count++] = {
               x, y, half_x, half_y, v.x, v.y, !(L(4) * v.along_x < v.along_y), !(L(4) * v.along_y < v.along_x)};
