@@ -20,14 +20,14 @@ namespace patchrt {
 
 /// How a mixed hierarchy is built.
 struct mixed_hierarchy_options {
-  /// Levels of every patch's tree, 0 to max_subpatch_depth: the paper's fixed depth, u and v halved in turn. -1 lets the depth
-  /// follow each patch's shape: as many halvings along u and along v as bring the turn of its tangents within a cell under
-  /// `max_turn`, five together at the most, which keeps a patch's part of the hierarchy under 1 KiB.
+  /// Levels of every patch's tree, 0 to max_subpatch_depth: the paper's fixed depth, u and v halved in turn. -1 lets
+  /// the depth follow each patch's shape: as many halvings along u and along v as bring the turn of its tangents within
+  /// a cell under `max_turn`, five together at the most, which keeps a patch's part of the hierarchy under 1 KiB.
   int depth = -1;
   /// Radians, for depth -1.
   float max_turn = 0.7f;
-  /// Edges of neighbours that are no farther apart than this, in diagonals of the scene's box, join: a ray between them hits one
-  /// of the two. 0 takes every patch as it is.
+  /// Edges of neighbours that are no farther apart than this, in diagonals of the scene's box, join: a ray between them
+  /// hits one of the two. 0 takes every patch as it is.
   double join_tolerance = 1e-6;
 };
 
@@ -120,7 +120,8 @@ void fill_forms(exact_patch<bezier_patch<double, M, N>>& e, search_patch<bezier_
   s.reach = convert_vec<float>(sums * to_search + vec3<double>(0x1p-18));
 }
 
-/// The same of a rational patch S = A / W: W S_x = A_x - W_x S and W S_xx = A_xx - 2 W_x S_x - W_xx S bound its derivatives.
+/// The same of a rational patch S = A / W: W S_x = A_x - W_x S and W S_xx = A_xx - 2 W_x S_x - W_xx S bound its
+/// derivatives.
 template <int M, int N>
 void fill_forms(exact_patch<rational_patch<double, M, N>>& e, search_patch<rational_patch<double, M, N>>& s,
                 double to_search) {
@@ -171,7 +172,8 @@ template <class Surface, class Points> Surface net_of(Surface const& patch, doub
 
 /// Builds the mixed hierarchy of `patches`: each patch moved to its own origin, its sub-patch tree, and a BVH over all.
 ///
-/// All patches are of one kind: Bezier patches of degrees up to 5, polynomial or rational; `elevate` makes degrees equal.
+/// All patches are of one kind: Bezier patches of degrees up to 5, polynomial or rational; `elevate` makes degrees
+/// equal.
 /// \throws std::invalid_argument naming the patch and control point where there is no patch, a coordinate is not finite, a
 ///         weight is not within [2^-40, 1] times the patch's largest, the scene's extent overflows, or `options` are out of range.
 /// \note Nigam & Narayanan 2012, section 3.

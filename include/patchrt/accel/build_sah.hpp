@@ -25,8 +25,8 @@ namespace detail {
 /// Builds one tree: see `build_sah`.
 ///
 /// A subtree of m primitives has 2 m - 1 nodes, so that every node has its place before those above it are done. Long
-/// lists are split level by level, all lists of a level at once in pieces, out of one array into another; short ones each
-/// by one call, in place. What is done depends on lengths alone, never on how many threads there are.
+/// lists are split level by level, all lists of a level at once in pieces, out of one array into another; short ones
+/// each by one call, in place. What is done depends on lengths alone, never on how many threads there are.
 template <class T, executor E> class sah_builder {
  public:
   sah_builder(std::span<box<T> const> boxes, int bins, E const& exec) : boxes_(boxes), bins_(bins), exec_(exec) {}
@@ -241,8 +241,8 @@ template <class T, executor E> class sah_builder {
 
 /// A tree over boxes by the surface area heuristic, centres binned on all three axes; exact sweeps for a few boxes.
 ///
-/// Cost of a split = area(left) |left| + area(right) |right|. The same tree whatever the executor. Boxes of equal centres
-/// are halved in order of index; an empty box becomes a leaf that no ray meets.
+/// Cost of a split = area(left) |left| + area(right) |right|. The same tree whatever the executor. Boxes of equal
+/// centres are halved in order of index; an empty box becomes a leaf that no ray meets.
 /// \param  boxes of primitives 0, 1, ...; at most 2^30.
 /// \return 2 n - 1 nodes with a depth of at most 64 + log2 n; no nodes for no boxes.
 /// \throws std::invalid_argument naming the primitive whose box has a NaN coordinate.

@@ -68,8 +68,9 @@ vec3<double> cell_remainder(rational_patch<double, M, N> const& part, vec3<doubl
 
 /// The boxes and leaves of one patch's tree before they are rounded to bytes.
 ///
-/// Bit l of a sub-patch's place says which half of level l it is in, so that the second halves of a level come after all first
-/// ones, and every step is a loop over neighbours. Boxes of level l begin at place 2^l, remainders and cones at 0.
+/// Bit l of a sub-patch's place says which half of level l it is in, so that the second halves of a level come after
+/// all first ones, and every step is a loop over neighbours. Boxes of level l begin at place 2^l, remainders and cones
+/// at 0.
 struct exact_subpatch_tree {
   static constexpr unsigned most_leaves = most_subpatch_leaves;
 
@@ -93,9 +94,9 @@ struct exact_subpatch_tree {
       fill(nets.along_u[q], p[q + 4] - p[q], most_along_u);
       fill(nets.along_v[q], p[q % 4 * 4 + q / 4 + 1] - p[q % 4 * 4 + q / 4], most_along_v);
     }
-    // The worst, in units of 2^-24: conversion to float moves a coordinate of a point by 1 `most`, that of a vector by 2 of these
-    // and 1 of its own; eight halvings move either by 24. In any direction that is sqrt(3) times as much, and five times as much
-    // is asked for. A remainder is off by fewer than 150.
+    // The worst, in units of 2^-24: conversion to float moves a coordinate of a point by 1 `most`, that of a vector by
+    // 2 of these and 1 of its own; eight halvings move either by 24. In any direction that is sqrt(3) times as much,
+    // and five times as much is asked for. A remainder is off by fewer than 150.
     error_ = 0x1p-16f * most;
     error_u_ = 0x1p-19f * most + 0x1p-16f * most_along_u;
     error_v_ = 0x1p-19f * most + 0x1p-16f * most_along_v;
@@ -233,8 +234,9 @@ inline void write_nodes(exact_subpatch_tree const& exact, subpatch_tree const& t
   }
 }
 
-/// Remainders go up by a quarter of a step at the least, sines by two steps, 2^-7: many times what rounding makes of their formulas,
-/// and enough to tell by a second look at a cone, narrower by 2^-8, on which side of its axis the normals are.
+/// Remainders go up by a quarter of a step at the least, sines by two steps, 2^-7: many times what rounding makes of
+/// their formulas, and enough to tell by a second look at a cone, narrower by 2^-8, on which side of its axis the
+/// normals are.
 inline void write_leaves(exact_subpatch_tree const& exact, subpatch_tree const& tree, subpatch_leaf* leaves) {
   alignas(32) std::uint32_t low[exact_subpatch_tree::most_leaves], high[exact_subpatch_tree::most_leaves];
   unsigned const leaf_count = 1u << tree.depth;
@@ -268,9 +270,9 @@ constexpr std::uint32_t subpatch_leaf_count(int depth) { return 1u << depth; }
 
 /// Builds the tree of `patch` into `nodes` and `leaves`, which hold as many as the two functions above say.
 ///
-/// The grid has 250 steps across the patch's box a coordinate, and never steps below 2^-8 of those of the widest one; boxes are
-/// rounded outward with an eighth of a step to spare, hundreds of times what float's rounding does to rays and nets of this size.
-/// Offsets in the result are left zero.
+/// The grid has 250 steps across the patch's box a coordinate, and never steps below 2^-8 of those of the widest one;
+/// boxes are rounded outward with an eighth of a step to spare, hundreds of times what float's rounding does to rays
+/// and nets of this size. Offsets in the result are left zero.
 ///
 /// Boxes reach `gap` farther than the patch. `Net` is a bicubic patch in float, or any kind of patch in double.
 template <class Net>

@@ -23,8 +23,8 @@ static_assert(sizeof(bvh_node<float>) == 32 && sizeof(bvh_node<double>) == 56);
 
 /// What stands in for a node's `skip` where the near child comes first, one for each octant of ray directions.
 ///
-/// link[o] >> 1 is where to go once the node is missed or done, link[o] & 1 whether its second child comes first. Bit 0 of o
-/// says that the direction's x is negative, bit 1 y, bit 2 z.
+/// link[o] >> 1 is where to go once the node is missed or done, link[o] & 1 whether its second child comes first. Bit 0
+/// of o says that the direction's x is negative, bit 1 y, bit 2 z.
 struct octant_links {
   std::uint32_t link[8];
 };
@@ -73,8 +73,8 @@ template <class T> void link_children(bvh_node<T> const* nodes, octant_links* li
 
 }  // namespace detail
 
-/// Sets the links of every node: the child comes first that is nearer along the axis on which the children's centres are
-/// farthest apart.
+/// Sets the links of every node: the child comes first that is nearer along the axis on which the children's centres
+/// are farthest apart.
 template <class T> void link_octants(std::span<bvh_node<T> const> nodes, std::span<octant_links> links) {
   PATCHRT_EXPECTS(nodes.size() == links.size());
   if (nodes.empty()) return;

@@ -2,7 +2,8 @@
 #pragma once
 
 /// \file
-/// What the certified level asks of one ray and one cell of a patch: that a root exists, and what roots there are at all.
+/// What the certified level asks of one ray and one cell of a patch: that a root exists, and what roots there are at
+/// all.
 
 #include <patchrt/accel/mixed_hierarchy.hpp>
 #include <patchrt/roots/isolate.hpp>
@@ -13,9 +14,10 @@ namespace patchrt::detail {
 
 /// Whether a root is proved to be where the chord method ended, alone within twice the length of its steps.
 ///
-/// With A the rows and L = exact.bend, the map p -> p - A F(p) has a derivative of at most q = b (L |p - p0| + 2^-18 slope) at p, b the
-/// larger sum of magnitudes of A's rows x and y: |I - A J(p)| <= |A| |J(p) - J(p0)| + |I - A J(p0)|, the last from rows in float. The steps, and b times
-/// rounding, are the residual; where q < 1/8 over twice their length, the map contracts the ball of that radius into itself.
+/// With A the rows and L = exact.bend, the map p -> p - A F(p) has a derivative of at most q = b (L |p - p0| + 2^-18
+/// slope) at p, b the larger sum of magnitudes of A's rows x and y: |I - A J(p)| <= |A| |J(p) - J(p0)| + |I - A J(p0)|,
+/// the last from rows in float. The steps, and b times rounding, are the residual; where q < 1/8 over twice their
+/// length, the map contracts the ball of that radius into itself.
 /// \note Kantorovich's theorem in the simplified form: Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1.
 template <scalar S, class Surface>
 PATCHRT_INLINE mask_t<S> is_proved(exact_patch<Surface> const& exact, chord_rows<S> const& rows, S to_rows,
@@ -26,10 +28,12 @@ PATCHRT_INLINE mask_t<S> is_proved(exact_patch<Surface> const& exact, chord_rows
   return inverse * fma(S(L(exact.bend)), radius, S(L(0x1p-18 * exact.slope))) < S(L(0.125));
 }
 
-/// Whether a ray that passes an edge's point S(u, v) is proved to meet the patch there once, or its continuation just beyond the edge.
+/// Whether a ray that passes an edge's point S(u, v) is proved to meet the patch there once, or its continuation just
+/// beyond the edge.
 ///
-/// With A the rows in (u, v, t) at the point, the root is within A times the distance beside the ray and what rounding adds; where A bend times
-/// twice that is under 1/8, the Jacobian changes by that much of itself on the way, at most, and there is one.
+/// With A the rows in (u, v, t) at the point, the root is within A times the distance beside the ray and what rounding
+/// adds; where A bend times twice that is under 1/8, the Jacobian changes by that much of itself on the way, at most,
+/// and there is one.
 template <scalar S, class Surface>
 PATCHRT_HD mask_t<S> is_proved_on_edge(exact_patch<Surface> const& exact, vec3<S> const& origin,
                                        vec3<S> const& direction, S u, S v, S to_rows) {
@@ -53,8 +57,9 @@ template <class L> struct certified_root {
 
 /// The plane functions of a ray on the control points, exact up to their errors.
 ///
-/// A coefficient w n.(p - o) has an error of epsilon |n| (|p| + |o|) from the difference, three roundings in the product and one by
-/// the weight, and n2 is across the direction up to two: under 8 epsilon |n| (|p| + |o|) together; weights are under 1.
+/// A coefficient w n.(p - o) has an error of epsilon |n| (|p| + |o|) from the difference, three roundings in the
+/// product and one by the weight, and n2 is across the direction up to two: under 8 epsilon |n| (|p| + |o|) together;
+/// weights are under 1.
 template <class L, class Surface>
 PATCHRT_HD auto plane_functions(exact_patch<Surface> const& exact, vec3<L> const& origin, vec3<L> const& direction) {
   using form = surface_form<Surface>;
@@ -73,8 +78,8 @@ PATCHRT_HD auto plane_functions(exact_patch<Surface> const& exact, vec3<L> const
   return pair;
 }
 
-/// All roots of a ray in a cell, and all places that may be roots, to `sink(certified_root)`, the latter several times; `origin` is relative to the patch's base,
-/// t in units of `direction`, whose largest component is in [1, 2).
+/// All roots of a ray in a cell, and all places that may be roots, to `sink(certified_root)`, the latter several times;
+/// `origin` is relative to the patch's base, t in units of `direction`, whose largest component is in [1, 2).
 template <class L, class Surface, class Sink>
 PATCHRT_HD void certify_cell(exact_patch<Surface> const& exact, vec3<L> const& origin, vec3<L> const& direction,
                              patch_cell<float> const& cell, Sink&& sink) {
@@ -98,7 +103,8 @@ PATCHRT_HD void certify_cell(exact_patch<Surface> const& exact, vec3<L> const& o
     if (place.kind == root_kind::simple) {
       found.root = {L(0), place.u, place.v, L(0), true};
       correct(exact.patch, L(exact.size), exact.gaps, origin, direction, found.root);
-      // The root is in the place's box, whatever the correction made of it; on an edge it decides whether the ray counts as through it.
+      // The root is in the place's box, whatever the correction made of it; on an edge it decides whether the ray
+      // counts as through it.
       bool const is_inside =
           place.radius_u < min(place.u, L(1) - place.u) && place.radius_v < min(place.v, L(1) - place.v);
       L off_u = abs(found.root.u - place.u), off_v = abs(found.root.v - place.v);
@@ -112,7 +118,8 @@ PATCHRT_HD void certify_cell(exact_patch<Surface> const& exact, vec3<L> const& o
       sink(found);
       continue;
     }
-    // Two roots that cannot be told apart are on two sides of the place's middle: what Newton's method makes of it counts.
+    // Two roots that cannot be told apart are on two sides of the place's middle: what Newton's method makes of it
+    // counts.
     for (int start = 0; start < 5; ++start) {
       L const side_u = start == 4 ? L(0) : start & 1 ? place.radius_u : -place.radius_u;
       L const side_v = start == 4 ? L(0) : start & 2 ? place.radius_v : -place.radius_v;

@@ -28,8 +28,8 @@ namespace detail {
 
 /// Which way a leaf's normals go, seen along the axis of its cone: 1 or -1, and 0 where the cone does not hold them.
 ///
-/// The cone comes from a net in float, which may be too coarse for a sliver; here the net is double. The normals must be in a cone whose sine is 2^-8 less, for which
-/// `build_subpatch_tree` leaves room.
+/// The cone comes from a net in float, which may be too coarse for a sliver; here the net is double. The normals must
+/// be in a cone whose sine is 2^-8 less, for which `build_subpatch_tree` leaves room.
 inline std::int8_t side_of_cone(bicubic_patch<double> const& cell, double per_size, subpatch_leaf const& leaf) {
   if (leaf.sine == 255) return 0;
   double x[3][12], y[3][12];

@@ -59,8 +59,8 @@ inline double distance_of(vec3<double> const& a, vec3<double> const& b) {
   return std::sqrt(dot(d, d));
 }
 
-/// How far two edges are apart at the most by their control points, in one direction or the other: the difference of two curves
-/// is a curve of the differences. Infinite where weights differ by more than rounding.
+/// How far two edges are apart at the most by their control points, in one direction or the other: the difference of
+/// two curves is a curve of the differences. Infinite where weights differ by more than rounding.
 template <class Surface> double edge_distance(patch_edge<Surface> const& a, patch_edge<Surface> const& b) {
   int const n = a.degree();
   if (b.degree() != n) return std::numeric_limits<double>::infinity();
@@ -87,7 +87,8 @@ struct sampled_edge {
 
   template <class Surface> explicit sampled_edge(patch_edge<Surface> const& edge) {
     for (int k = 0; k < count; ++k) point[k] = edge.at(k / double(count - 1));
-    // |C'| is at most the degree times the longest leg, times the square of the ratio of weights (Floater, CAGD 9, 1992).
+    // |C'| is at most the degree times the longest leg, times the square of the ratio of weights (Floater, CAGD 9,
+    // 1992).
     double leg = 0, lightest = 1, heaviest = 1;
     for (int k = 0; k < edge.degree(); ++k) {
       leg = std::max(leg, distance_of(edge.control(k), edge.control(k + 1)));
@@ -108,7 +109,8 @@ struct sampled_edge {
   }
 };
 
-/// The distance of a point from a curve, or more than `most` if it is that, by Gauss and Newton's method from the nearest sample.
+/// The distance of a point from a curve, or more than `most` if it is that, by Gauss and Newton's method from the
+/// nearest sample.
 template <class Surface>
 double distance_from(patch_edge<Surface> const& curve, sampled_edge const& samples, vec3<double> const& p,
                      double most) {
@@ -164,11 +166,11 @@ inline std::vector<std::uint32_t> number_points(std::vector<vec3<double>> const&
 
 }  // namespace detail
 
-/// For every patch, how far its edges are from those that they join: edges of other patches (or, of a tube, its own) within `tolerance`
-/// all along, whole edges or, at T-junctions, parts of longer ones. 0 for edges that are alone.
+/// For every patch, how far its edges are from those that they join: edges of other patches (or, of a tube, its own)
+/// within `tolerance` all along, whole edges or, at T-junctions, parts of longer ones. 0 for edges that are alone.
 ///
-/// Edges with the same ends are compared by their control points, which bounds their distance; edges that are part of another, or
-/// of other degree or parameters, at nine points, and twice that distance is given.
+/// Edges with the same ends are compared by their control points, which bounds their distance; edges that are part of
+/// another, or of other degree or parameters, at nine points, and twice that distance is given.
 template <class Surface> std::vector<edge_gaps> find_joins(std::span<Surface const> patches, double tolerance) {
   using edge = detail::patch_edge<Surface>;
   std::vector<edge_gaps> gaps(patches.size());

@@ -12,14 +12,15 @@ namespace patchrt {
 
 namespace detail {
 
-/// Rays on their way through a mixed hierarchy. T is float or a pack of floats: the search's number; the ray itself and its
-/// hits are kept in S, which is T for `accuracy::fast` and T's lanes in double otherwise.
+/// Rays on their way through a mixed hierarchy. T is float or a pack of floats: the search's number; the ray itself and
+/// its hits are kept in S, which is T for `accuracy::fast` and T's lanes in double otherwise.
 ///
-/// What makes hits independent of the order in which boxes and lanes are visited: a root of a sub-patch counts only where
-/// it is not nearer than the computed entry into the sub-patch's box (and that of its patch), and a box is skipped only where
-/// its entry is beyond the nearest root, all in the same arithmetic; so a skipped box never held the answer. In the same way a
-/// root in float is left uncorrected where it is beyond the nearest by more than float's error, and counts only where the
-/// correction does not bring it nearer by more than that. Ties go to the smaller patch number, then u, then v.
+/// What makes hits independent of the order in which boxes and lanes are visited: a root of a sub-patch counts only
+/// where it is not nearer than the computed entry into the sub-patch's box (and that of its patch), and a box is
+/// skipped only where its entry is beyond the nearest root, all in the same arithmetic; so a skipped box never held the
+/// answer. In the same way a root in float is left uncorrected where it is beyond the nearest by more than float's
+/// error, and counts only where the correction does not bring it nearer by more than that. Ties go to the smaller patch
+/// number, then u, then v.
 template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class hierarchy_search {
  public:
   using S = search_scalar_t<A, T>;
@@ -123,8 +124,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   search_state<A, Surface, T, Sink> state_;
 };
 
-/// False only for lanes whose line misses the scene's box: the separating axes of line and box, which need no division. Rays
-/// too far or too long or short for float are not judged.
+/// False only for lanes whose line misses the scene's box: the separating axes of line and box, which need no division.
+/// Rays too far or too long or short for float are not judged.
 template <scalar T, class Surface, class R>
 PATCHRT_INLINE mask_t<T> near_scene(basic_mixed_hierarchy_view<Surface> const& h, ray<R> const& r) {
   T const inverse_scale(static_cast<float>(h.inverse_scale));
@@ -150,8 +151,8 @@ PATCHRT_INLINE mask_t<T> near_scene(basic_mixed_hierarchy_view<Surface> const& h
 
 /// Nearest hit of each ray in (t_min, t_max); with `AnyHit` some hit, found sooner: for shadow rays.
 ///
-/// T = float traces one ray, T = pack<float, N> N rays at once, with the same bits in every lane. `counts`, where not null, is
-/// added to.
+/// T = float traces one ray, T = pack<float, N> N rays at once, with the same bits in every lane. `counts`, where not
+/// null, is added to.
 template <accuracy A, bool AnyHit, scalar T, class Surface, class R>
 PATCHRT_INLINE lane_hit<search_scalar_t<A, T>, T> intersect(basic_mixed_hierarchy_view<Surface> const& hierarchy,
                                                             ray<R> const& r, mask_t<T> active,
@@ -160,8 +161,8 @@ PATCHRT_INLINE lane_hit<search_scalar_t<A, T>, T> intersect(basic_mixed_hierarch
   return search.template run<AnyHit>(counts);
 }
 
-/// All roots of one ray in (t_min, t_max), in no order, to `sink(patch, patch_root<double>)`; those on borders of sub-patches and
-/// on edges that patches share come more than once.
+/// All roots of one ray in (t_min, t_max), in no order, to `sink(patch, patch_root<double>)`; those on borders of
+/// sub-patches and on edges that patches share come more than once.
 template <accuracy A, class Surface, class R, class Sink>
 PATCHRT_INLINE void visit_roots(basic_mixed_hierarchy_view<Surface> const& hierarchy, ray<R> const& r,
                                 Sink const& sink) {

@@ -36,9 +36,9 @@ template <class Surface> struct exact_patch {
 
 /// The mixed hierarchy as kernels see it, on host or device. `build_mixed_hierarchy` makes one.
 ///
-/// Search space is (x - centre) * inverse_scale: the scene's box has its middle at 0 and reaches to 1 in no coordinate beyond.
-/// Boxes of `top` are in search space, padded by `search_margin`.
-/// `Surface` is the kind of all its patches: a `bezier_patch<double, M, N>` or a `rational_patch<double, M, N>`, M, N <= 5.
+/// Search space is (x - centre) * inverse_scale: the scene's box has its middle at 0 and reaches to 1 in no coordinate
+/// beyond. Boxes of `top` are in search space, padded by `search_margin`. `Surface` is the kind of all its patches: a
+/// `bezier_patch<double, M, N>` or a `rational_patch<double, M, N>`, M, N <= 5.
 /// \note Nigam & Narayanan 2012, section 3: SAH over patches, fixed-depth binary trees below them, both stackless. Section 6 asks for
 ///       other parametric surfaces.
 template <class Surface> struct basic_mixed_hierarchy_view {

@@ -23,7 +23,7 @@ namespace patchrt {
 /// How exactly a hit is known, and at what price (docs/PERFORMANCE.md has the measured ones).
 enum class accuracy {
   fast,       ///< float throughout: rays and scenes within float's range
-  refined,    ///< float search, then a correction in double
+  refined,    ///< float search, in double where float does not decide, then a correction in double
   certified,  ///< refined, and proved: each root exists, no other was missed; what cannot be proved is said to be so
   reference,  ///< the paper's: float traversal, Newton's iteration in double from the middle of each leaf sub-patch
 };
@@ -42,9 +42,13 @@ struct hierarchy_counts {
 
 /// What is proved of a ray's answer.
 enum class certainty : std::uint8_t {
-  certified,  ///< the hit is a root, and no root is nearer; or there is none
-  tangent,  ///< but for a place, at the hit or before it, where the ray touches a patch within rounding: two roots, one or none
-  degenerate  ///< but for a place where ray and patch cannot be told apart, or where the proof was given up
+  /// The hit is a root, or a point on an edge that the ray passes within rounding and gap, and no root is nearer; or
+  /// there is none.
+  certified,
+  /// But for a place, at the hit or before it, where the ray touches a patch within rounding: two roots, one or none.
+  tangent,
+  /// But for a place where ray and patch cannot be told apart, or where the proof was given up.
+  degenerate
 };
 
 /// The nearest hits so far of one ray, or of one ray a lane.
@@ -60,8 +64,8 @@ namespace detail {
 /// Of all roots, only the nearest are kept.
 struct nearest_only {};
 
-/// A ray, or one a lane, on its way through a mixed hierarchy: see `hierarchy_search`. A `Sink` other than `nearest_only` is
-/// called with every root instead, `sink(patch, root)`, and none of them ends the search beyond it.
+/// A ray, or one a lane, on its way through a mixed hierarchy: see `hierarchy_search`. A `Sink` other than
+/// `nearest_only` is called with every root instead, `sink(patch, root)`, and none of them ends the search beyond it.
 template <accuracy A, class Surface, scalar T, class Sink = nearest_only> struct search_state {
   using S = search_scalar_t<A, T>;
 
@@ -153,7 +157,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   }
 
  private:
-  /// What rounding in float is in proportion to: where the ray is in float from the start, its origin's is of the scene's size.
+  /// What rounding in float is in proportion to: where the ray is in float from the start, its origin's is of the
+  /// scene's size.
   PATCHRT_INLINE vec3<float> reach() const {
     constexpr float ray = A == accuracy::fast ? 0.125f : 0.0f;
     return sum(search_.reach, vec3<float>(ray, ray, ray));
@@ -260,12 +265,13 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
   }
 
   /// Quarters cells, another in each lane, until their parts are seen to have no root, or one, and gives these to
-  /// `sink(lanes, proved, mirrored, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the sixth level are given as they
-  /// are, and so is what is left of a level where a lane has more than `most_parts`: a patch that is a line or a point has no
-  /// part that says anything. `Thorough` goes on until Newton's iteration cannot fail: that is what is `proved` then.
+  /// `sink(lanes, proved, mirrored, x, y, part)`: (x, y) is where Newton's iteration begins. Parts of the sixth level
+  /// are given as they are, and so is what is left of a level where a lane has more than `most_parts`: a patch that is
+  /// a line or a point has no part that says anything. `Thorough` goes on until Newton's iteration cannot fail: that is
+  /// what is `proved` then.
   ///
-  /// Goes level by level, as many parts at a time as T has lanes, whosever they are: few rays meet a fold, but each has several
-  /// parts.
+  /// Goes level by level, as many parts at a time as T has lanes, whosever they are: few rays meet a fold, but each has
+  /// several parts.
   template <bool Thorough, class F> PATCHRT_INLINE void subdivide(patch_part<T> const& cells, F&& sink) {
     constexpr int N = lanes_v<T>;
     using list = part_list<N>;
@@ -337,7 +343,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     waiting_.lanes = lanes_ && !lanes_;
   }
 
-  /// Having one root at most does not make Newton's iteration find it: where it went astray, the cell's parts are searched.
+  /// Having one root at most does not make Newton's iteration find it: where it went astray, the cell's parts are
+  /// searched.
   PATCHRT_OUTLINE void search_again(TM astray) {
     auto const& w = waiting_;
     undecided_parts undecided(astray);
@@ -362,8 +369,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     TM unfinished;  ///< it ended nowhere
   };
 
-  /// Hits from the roots of a batch of cells. For `certified` an iteration has gone astray where it ended outside its cell, else
-  /// where it did not even end next to it, on the same side of folds.
+  /// Hits from the roots of a batch of cells. For `certified` an iteration has gone astray where it ended outside its
+  /// cell, else where it did not even end next to it, on the same side of folds.
   PATCHRT_OUTLINE solve_outcome solve(cell_batch const& w) {
     if (state_.counts) state_.counts->candidates += state_.lanes_on(w.lanes);
     if constexpr (A == accuracy::reference) {
@@ -441,8 +448,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     }
   }
 
-  /// Corrects the roots (x, y) of the lanes in `inside`, a register's lanes at a time. For `certified`, gives the lanes whose roots
-  /// are proved to exist and to be alone around (x, y); unspecified otherwise.
+  /// Corrects the roots (x, y) of the lanes in `inside`, a register's lanes at a time. For `certified`, gives the lanes
+  /// whose roots are proved to exist and to be alone around (x, y); unspecified otherwise.
   PATCHRT_INLINE SM correct_parts(T x, T y, chord_rows<T> const& rows, TM inside, patch_root<S>& root) {
     using Q = part_t<S>;
     root.t = root.error = S(0);
@@ -552,8 +559,8 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     keep(w.entry, root, fma(root.t, state_.to_search, -state_.shift), root.valid);
   }
 
-  /// f(i, root, origin, direction) for every part i of `root` with a valid lane: the rays as given, relative to the patch's base and
-  /// with `search_direction`, so that no product of it over- or underflows.
+  /// f(i, root, origin, direction) for every part i of `root` with a valid lane: the rays as given, relative to the
+  /// patch's base and with `search_direction`, so that no product of it over- or underflows.
   template <class F> PATCHRT_INLINE void for_each_part(patch_root<S>& root, F&& f) {
     using P = scalar_parts<S>;
     using M = scalar_parts<SM>;
@@ -573,12 +580,14 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     }
   }
 
-  /// Whether what is at `along` is not nearer than where it was looked for, so that what was skipped could not have held it.
+  /// Whether what is at `along` is not nearer than where it was looked for, so that what was skipped could not have
+  /// held it.
   PATCHRT_INLINE TM is_behind(S along, T entry) const {
     return entry <= convert<T>(along - start_) && entry_ <= convert<T>(along);
   }
 
-  /// From which nearest hit on a place at `along` that may be a root is before it: where it is not behind its entry, from there on.
+  /// From which nearest hit on a place at `along` that may be a root is before it: where it is not behind its entry,
+  /// from there on.
   PATCHRT_INLINE S counts_from(S along, T entry) const {
     S const begin = start_ + convert<S>(max(entry, T(0)));
     return select(convert<SM>(is_behind(along, entry)), along, max(along, begin));

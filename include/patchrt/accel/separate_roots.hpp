@@ -21,7 +21,8 @@ PATCHRT_HD vec3<L> projection_reach(rational_power_patch<L, M, N> const& power, 
   return fma(sums.weight, absolute(origin), sums.point);
 }
 
-/// A rectangle of the parameter square, where Newton's iteration would begin in it, and along which parameters it is halved.
+/// A rectangle of the parameter square, where Newton's iteration would begin in it, and along which parameters it is
+/// halved.
 template <class L> struct undecided_part {
   L x, y, half_x, half_y;
   L start_x, start_y;
@@ -30,12 +31,13 @@ template <class L> struct undecided_part {
 
 /// The roots of a ray in a part of a patch, to `sink(patch_root)`; those on borders of its parts come more than once.
 ///
-/// Halves the part along the parameters that the plane functions change with, level by level, until Newton's iteration cannot
-/// fail in what is left: beside a contact that takes as many levels as it takes for parts to become smaller than the distance
-/// between its two roots, with a few parts in each; beside an edge that is one point, parts stay as long as the edge. Where
-/// there are more than `most_parts` of them (the ray has a curve in common with the patch), or a part is as narrow as the square
-/// root of rounding, or the functions are within rounding all over it, parts are given to the correction as they are. `origin` is relative to the patch's base;
-/// lengths are taken times `to_search`, so that no product of them over- or underflows.
+/// Halves the part along the parameters that the plane functions change with, level by level, until Newton's iteration
+/// cannot fail in what is left: beside a contact that takes as many levels as it takes for parts to become smaller than
+/// the distance between its two roots, with a few parts in each; beside an edge that is one point, parts stay as long
+/// as the edge. Where there are more than `most_parts` of them (the ray has a curve in common with the patch), or a
+/// part is as narrow as the square root of rounding, or the functions are within rounding all over it, parts are given
+/// to the correction as they are. `origin` is relative to the patch's base; lengths are taken times `to_search`, so
+/// that no product of them over- or underflows.
 template <class L, class Surface, class Sink>
 PATCHRT_HD void separate_roots(exact_patch<Surface> const& exact, vec3<L> const& origin, vec3<L> const& direction,
                                L to_search, patch_part<L> const& part, Sink&& sink) {

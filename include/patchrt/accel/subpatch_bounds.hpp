@@ -3,10 +3,11 @@
 #pragma once
 
 /// \file
-/// Sub-patches of one patch, eight at a time, one a lane: their control nets, and the bounds that a sub-patch tree stores.
+/// Sub-patches of one patch, eight at a time, one a lane: their control nets, and the bounds that a sub-patch tree
+/// stores.
 ///
-/// The innermost loops run over lanes, without branches, calls or sums over lanes: g++ and clang++ make vector instructions of
-/// them whatever the machine, and as nothing is reordered all of them give the same bits.
+/// The innermost loops run over lanes, without branches, calls or sums over lanes: g++ and clang++ make vector
+/// instructions of them whatever the machine, and as nothing is reordered all of them give the same bits.
 
 #include <patchrt/shapes/bezier_patch.hpp>
 
@@ -30,8 +31,8 @@ template <class F> PATCHRT_INLINE void for_each_lane(F&& f) {
   for (int k = 0; k < net_lanes; ++k) f(k);
 }
 
-/// Control nets, one a lane, with the vectors between neighbours. Halving leaves those as long as they are: only their directions
-/// are of use, and this way their errors stay small beside them.
+/// Control nets, one a lane, with the vectors between neighbours. Halving leaves those as long as they are: only their
+/// directions are of use, and this way their errors stay small beside them.
 struct lane_nets {
   alignas(32) lane_row point[16][3];    // (i, j) at 4 i + j
   alignas(32) lane_row along_u[12][3];  // from (i, j) to (i + 1, j), at 4 i + j
@@ -131,8 +132,8 @@ inline void bound_hulls(lane_nets const& nets, lane_bounds& b) {
   }
 }
 
-/// How far sub-patches leave their tangent planes at the middle, by coordinate: by the hull property at most as far as their
-/// control nets are from those of the planes, and `error`.
+/// How far sub-patches leave their tangent planes at the middle, by coordinate: by the hull property at most as far as
+/// their control nets are from those of the planes, and `error`.
 inline void bound_remainders(lane_nets const& nets, float error, lane_bounds& b) {
   alignas(32) lane_row value[4], slope[4];  // of each column's cubic in the middle
   alignas(32) lane_row middle, by_row, by_column, farthest;
@@ -185,8 +186,8 @@ struct lane_slopes {
 
 /// Bounds control vectors' components along `across` and `up` over that along `forward`.
 ///
-/// `error` is at least five times what a component can be off by, which covers ratios up to 3 where `least` > `error`. A vector
-/// that is zero says nothing, and counts as a long one along `forward`.
+/// `error` is at least five times what a component can be off by, which covers ratios up to 3 where `least` > `error`.
+/// A vector that is zero says nothing, and counts as a long one along `forward`.
 inline lane_slopes bound_slopes(lane_row const (&vectors)[12][3], float error, lane_row const (&forward)[3],
                                 lane_row const (&across)[3], lane_row const (&up)[3]) {
   constexpr float inf = std::numeric_limits<float>::infinity();
@@ -214,9 +215,10 @@ inline lane_slopes bound_slopes(lane_row const (&vectors)[12][3], float error, l
 
 /// Cones that hold all products S_u x S_v' of tangents, at one point or at two.
 ///
-/// With n = axis / |axis|, near the product of the mean tangents, and e and f what these have across n, every control vector along u
-/// is a multiple of e + s f + h n, every one along v of t e + f + g n; s, for one, is its ratio of components along n x e and
-/// f x n. Tangents are sums of control vectors, so that the ranges of s, h, t and g hold for them too, and S_u x S_v' is a multiple of
+/// With n = axis / |axis|, near the product of the mean tangents, and e and f what these have across n, every control
+/// vector along u is a multiple of e + s f + h n, every one along v of t e + f + g n; s, for one, is its ratio of
+/// components along n x e and f x n. Tangents are sums of control vectors, so that the ranges of s, h, t and g hold for
+/// them too, and S_u x S_v' is a multiple of
 ///
 ///     (s g - h) f x n + (t h - g) n x e + (1 - s t) e x f.
 ///

@@ -15,8 +15,8 @@ namespace patchrt {
 
 /// The box of one sub-patch in steps of its patch's grid, rounded outward, and the order of its two children.
 ///
-/// Bit o of `second_first` is set where, for rays of direction octant o (bit 0: x negative, 1: y, 2: z), the second child is
-/// the nearer one.
+/// Bit o of `second_first` is set where, for rays of direction octant o (bit 0: x negative, 1: y, 2: z), the second
+/// child is the nearer one.
 struct subpatch_node {
   std::uint8_t lo[3];
   std::uint8_t hi[3];
@@ -27,11 +27,11 @@ static_assert(sizeof(subpatch_node) == 8);
 
 /// How a leaf sub-patch bends.
 ///
-/// `remainder` bounds how far it leaves its tangent plane, by coordinate, in steps of its tree's `remainder_step`. All products
-/// S_u x S_v' of its tangents, at one point or at two, are within the cone about `axis` / 127 whose half angle has the sine
-/// `sine` / 255, 255 standing for no cone at all; a ray whose direction is farther from the leaf's tangent planes than that
-/// meets it once at most: preconditioned by the Jacobian at any point, the two plane functions have a P-matrix for their
-/// Jacobian, and so are injective (Gale & Nikaido 1965, theorem 4).
+/// `remainder` bounds how far it leaves its tangent plane, by coordinate, in steps of its tree's `remainder_step`. All
+/// products S_u x S_v' of its tangents, at one point or at two, are within the cone about `axis` / 127 whose half angle
+/// has the sine `sine` / 255, 255 standing for no cone at all; a ray whose direction is farther from the leaf's tangent
+/// planes than that meets it once at most: preconditioned by the Jacobian at any point, the two plane functions have a
+/// P-matrix for their Jacobian, and so are injective (Gale & Nikaido 1965, theorem 4).
 struct subpatch_leaf {
   std::uint8_t remainder[3];
   std::uint8_t sine;
@@ -45,9 +45,9 @@ template <class Surface> inline constexpr bool has_normal_cones = std::is_same_v
 
 /// What is the same for all nodes of one patch's tree.
 ///
-/// Nodes are numbered as in a heap: 1 is the whole patch, 2k and 2k + 1 the halves of k; node k's level is the place of its
-/// highest bit, and a node of level `depth` is a leaf. Level l splits v where bit l of `splits_v` is set, else u. The whole
-/// patch has no box of its own (the hierarchy above holds it), only an order for its children.
+/// Nodes are numbered as in a heap: 1 is the whole patch, 2k and 2k + 1 the halves of k; node k's level is the place of
+/// its highest bit, and a node of level `depth` is a leaf. Level l splits v where bit l of `splits_v` is set, else u.
+/// The whole patch has no box of its own (the hierarchy above holds it), only an order for its children.
 struct subpatch_tree {
   vec3<float> grid_origin;
   vec3<float> grid_step;
@@ -80,8 +80,8 @@ PATCHRT_HD inline patch_cell<float> subpatch_cell(subpatch_tree const& tree, std
 
 /// Walks the tree below the whole patch, near children first for rays of direction octant `octant`, without a stack.
 ///
-/// `enter(node) -> bool` is asked of every box that is reached and says whether to go inside; `leaf(k, index)` gets the leaf's
-/// node number and its place among the tree's leaves, and is called without `enter` where the depth is 0.
+/// `enter(node) -> bool` is asked of every box that is reached and says whether to go inside; `leaf(k, index)` gets the
+/// leaf's node number and its place among the tree's leaves, and is called without `enter` where the depth is 0.
 template <class Enter, class Leaf>
 PATCHRT_INLINE void traverse(subpatch_tree const& tree, subpatch_node const* nodes, unsigned octant, Enter&& enter,
                              Leaf&& leaf) {

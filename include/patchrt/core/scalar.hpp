@@ -2,9 +2,9 @@
 #pragma once
 
 /// \file
-/// What a kernel asks of its number type: arithmetic, `fma`, `sqrt`, `abs`, `copysign`, `min`, `max`, ordered comparison
-/// giving `mask_t<T>`, `select`, `any_of`, `all_of`. Types other than float and double supply these by argument-dependent
-/// lookup and specialise `scalar_traits` and, where they convert, `scalar_convert`.
+/// What a kernel asks of its number type: arithmetic, `fma`, `sqrt`, `abs`, `copysign`, `min`, `max`, ordered
+/// comparison giving `mask_t<T>`, `select`, `any_of`, `all_of`. Types other than float and double supply these by
+/// argument-dependent lookup and specialise `scalar_traits` and, where they convert, `scalar_convert`.
 
 #include <patchrt/core/config.hpp>
 
@@ -60,8 +60,8 @@ template <std::floating_point T> PATCHRT_INLINE void load_lanes(T const* lanes, 
 /// Lane i of the result is lane index[i] of x.
 template <std::floating_point T> PATCHRT_INLINE T permute(T x, std::int32_t const*) { return x; }
 
-/// A number with many lanes in parts that each fill a register: steps with many variables take one part at a time. What has
-/// one lane is its own part.
+/// A number with many lanes in parts that each fill a register: steps with many variables take one part at a time. What
+/// has one lane is its own part.
 template <class T> struct scalar_parts {
   using part = T;
   static constexpr int count = 1;

@@ -14,7 +14,8 @@ template <scalar T> struct twin_planes {
   T d2;
 };
 
-/// Two unit-scaled normals across `direction`: n1 = e x direction with e the axis of the least |component|, n2 = direction x n1.
+/// Two unit-scaled normals across `direction`: n1 = e x direction with e the axis of the least |component|, n2 =
+/// direction x n1.
 ///
 /// n1, n2 and the direction are orthogonal up to rounding, |n1| >= sqrt(2/3) |direction|, |n2| = |n1| |direction|.
 /// \note The paper (section 4.1) takes the second plane through the surface normal, which fails where that normal, the
@@ -40,10 +41,11 @@ template <scalar T> PATCHRT_HD twin_planes<T> make_twin_planes(vec3<T> const& or
   return p;
 }
 
-/// The planes of the primary ray through image position (x, y) of a pinhole at `eye` whose rays are `forward` + x `right` + y `up`.
+/// The planes of the primary ray through image position (x, y) of a pinhole at `eye` whose rays are `forward` + x
+/// `right` + y `up`.
 ///
-/// n1 is the plane of the pixel column, the same for every y; n2 that of the row, the same for every x: M + N planes serve M N
-/// rays.
+/// n1 is the plane of the pixel column, the same for every y; n2 that of the row, the same for every x: M + N planes
+/// serve M N rays.
 /// \note Nigam & Narayanan 2012, section 4.1, "planes for primary rays".
 template <scalar T>
 PATCHRT_HD twin_planes<T> make_primary_planes(vec3<T> const& eye, vec3<T> const& forward, vec3<T> const& right,

@@ -2,8 +2,8 @@
 #pragma once
 
 /// \file
-/// Fused products over glm's vector storage. glm supplies the type, patchrt the arithmetic: glm::dot asks for an IEC 559
-/// scalar and does not fuse.
+/// Fused products over glm's vector storage. glm supplies the type, patchrt the arithmetic: glm::dot asks for an IEC
+/// 559 scalar and does not fuse.
 
 #include <patchrt/core/scalar.hpp>
 

@@ -27,7 +27,8 @@ class openmp {
 
   int concurrency() const { return threads_; }
 
-  /// In chunks of a sixteenth of a thread's share: for work of even and small cost. Take `for_each_chunk` for other work.
+  /// In chunks of a sixteenth of a thread's share: for work of even and small cost. Take `for_each_chunk` for other
+  /// work.
   template <class F> void for_each(std::size_t n, F&& f) const {
     std::size_t const grain = std::max(std::size_t(1), n / (16 * static_cast<std::size_t>(threads_)));
     for_each_chunk(n, grain, [&f](std::size_t begin, std::size_t end) {

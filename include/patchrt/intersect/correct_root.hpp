@@ -2,7 +2,8 @@
 #pragma once
 
 /// \file
-/// From a root that the search found in float to one that is right to the rounding of the surface itself, and how wrong it can be.
+/// From a root that the search found in float to one that is right to the rounding of the surface itself, and how wrong
+/// it can be.
 
 #include <patchrt/shapes/power_patch.hpp>
 
@@ -12,17 +13,18 @@ namespace patchrt {
 
 /// A point common to a ray and a patch: t in units of |direction|, (u, v) in [0, 1]^2.
 ///
-/// `error` bounds, to first order, the distance in the patch's space between S(u, v) and the point where the exact ray meets the
-/// exact patch: what the last step shows to be left, and what rounding of S(u, v) and of the origin does to a ray at this angle. It
-/// is infinite where the ray touches the patch and that point cannot be told. Unspecified where not `valid`.
+/// `error` bounds, to first order, the distance in the patch's space between S(u, v) and the point where the exact ray
+/// meets the exact patch: what the last step shows to be left, and what rounding of S(u, v) and of the origin does to a
+/// ray at this angle. It is infinite where the ray touches the patch and that point cannot be told. Unspecified where
+/// not `valid`.
 template <scalar T> struct patch_root {
   T t, u, v;
   T error;
   mask_t<T> valid;
 };
 
-/// Rows of the inverse of the matrix (S_x, S_y, -direction) at one point: what is left of origin - S beside the ray, times
-/// these rows, is a Newton step in (x, y, t).
+/// Rows of the inverse of the matrix (S_x, S_y, -direction) at one point: what is left of origin - S beside the ray,
+/// times these rows, is a Newton step in (x, y, t).
 template <scalar T> struct chord_rows {
   vec3<T> x, y, t;
   T per_cosine;  ///< one over the cosine between ray and normal, infinite where there is no normal
@@ -57,8 +59,8 @@ PATCHRT_INLINE split_chord<S> split_along(vec3<S> const& chord, vec3<S> const& d
 }  // namespace detail
 
 namespace detail {
-/// What a hit may be wrong by where the ray passes S(u, v) within `beside`, give or take `rounding`: both over the cosine between
-/// ray and normal.
+/// What a hit may be wrong by where the ray passes S(u, v) within `beside`, give or take `rounding`: both over the
+/// cosine between ray and normal.
 template <scalar S> PATCHRT_INLINE S error_of(S beside, S rounding, vec3<S> const& normal, vec3<S> const& direction) {
   vec3<S> const unit = scale(normal, S(lane_t<S>(1)) / max(max(abs(normal.x), abs(normal.y)), abs(normal.z)));
   S const cosine = abs(dot(unit, direction)) / sqrt(dot(unit, unit) * dot(direction, direction));
@@ -74,13 +76,14 @@ template <scalar S> struct chord_steps {
   S rounding;  ///< bounds what rounding does to a point beside the ray
 };
 
-/// Two steps of the chord method (Newton's with the Jacobian of the start) from a root's (x, y), in S's precision, on the power
-/// form. Settled are the lanes that converged, within the parameter square.
+/// Two steps of the chord method (Newton's with the Jacobian of the start) from a root's (x, y), in S's precision, on
+/// the power form. Settled are the lanes that converged, within the parameter square.
 ///
-/// `rows` are those at the start, in any precision and in a space where lengths are `to_rows` times those here; `rounding` bounds
-/// what rounding does to S; `per_square` is one over the direction's squared length. The ratio of the second
-/// step to the first is the rate at which steps shrink: ratio times second step estimates what is left, and where that is under 2^-53,
-/// or the second step under 2^-50, nothing is that would count beside `rounding`. What is not settled is left to `correct`.
+/// `rows` are those at the start, in any precision and in a space where lengths are `to_rows` times those here;
+/// `rounding` bounds what rounding does to S; `per_square` is one over the direction's squared length. The ratio of the
+/// second step to the first is the rate at which steps shrink: ratio times second step estimates what is left, and
+/// where that is under 2^-53, or the second step under 2^-50, nothing is that would count beside `rounding`. What is
+/// not settled is left to `correct`.
 /// \note Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM 1995, section 5.4.1: the chord method.
 template <scalar S, class Power>
 PATCHRT_INLINE chord_steps<S> correct_by_chords(Power const& power, lane_t<S> rounding, chord_rows<S> const& rows,
@@ -115,9 +118,9 @@ template <scalar S> PATCHRT_INLINE S step_within(S u, S du) {
   return min(max(to, S(L(0))), S(L(1)));
 }
 
-/// Newton's iteration in (u, v, t) beside a pole, where a whole edge is one point and u (or v) says little until v (or u) is
-/// right: starts inside and never goes more than seven eighths of the way to an edge. Gives the lanes whose ray passes S(u, v)
-/// within `rounding`.
+/// Newton's iteration in (u, v, t) beside a pole, where a whole edge is one point and u (or v) says little until v (or
+/// u) is right: starts inside and never goes more than seven eighths of the way to an edge. Gives the lanes whose ray
+/// passes S(u, v) within `rounding`.
 template <scalar S, class Patch>
 PATCHRT_OUTLINE mask_t<S> correct_beside_pole(Patch const& patch, S rounding, vec3<S> const& origin,
                                               vec3<S> const& direction, S& u, S& v, mask_t<S> active) {
@@ -146,7 +149,8 @@ PATCHRT_OUTLINE mask_t<S> correct_beside_pole(Patch const& patch, S rounding, ve
 }  // namespace detail
 
 namespace detail {
-/// Of points on edges, those next to the ray: Gauss and Newton's method along the edge, three steps, for the lanes in `active`.
+/// Of points on edges, those next to the ray: Gauss and Newton's method along the edge, three steps, for the lanes in
+/// `active`.
 template <scalar S, class Patch>
 PATCHRT_OUTLINE void slide_along_edges(Patch const& patch, vec3<S> const& origin, vec3<S> const& direction,
                                        S per_square, S& u, S& v, mask_t<S> active) {
@@ -167,23 +171,24 @@ PATCHRT_OUTLINE void slide_along_edges(Patch const& patch, vec3<S> const& origin
 }
 }  // namespace detail
 
-/// How far beyond each edge of a patch its neighbours' edges may be, in the units of its control points: what a ray may pass an
-/// edge by and still count as one through it. 0 where the edges are the same curve.
+/// How far beyond each edge of a patch its neighbours' edges may be, in the units of its control points: what a ray may
+/// pass an edge by and still count as one through it. 0 where the edges are the same curve.
 struct edge_gaps {
   double u0 = 0, u1 = 0, v0 = 0, v1 = 0;  ///< at u = 0, u = 1, v = 0, v = 1
 };
 
-/// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one with the same
-/// Jacobian, again until both together have converged; all within [0, 1]^2.
+/// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one
+/// with the same Jacobian, again until both together have converged; all within [0, 1]^2.
 ///
-/// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at which
-/// steps with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under 2^-53, or the
-/// second step is under what rounding makes of steps, nothing is, and roots away from grazing end at the rounding of S,
-/// about 4 ulp of (patch size + |origin|) over the cosine between ray and normal. Where a step would leave [0,1]^2, or the
-/// Jacobian tells it nothing (at a pole, where an edge is one point), or twelve passes do not suffice (the ray grazes, or
-/// just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size + |origin|), which covers S's own
-/// rounding, and on an edge, at the edge's point next to the ray, within its gap besides: so a ray through a common edge of two patches finds one of them (`size` =
-/// the largest |coordinate| of the control points).
+/// Solves S(u, v) = origin + t direction by Cramer's rule. The ratio of the second step to the first is the rate at
+/// which steps with this Jacobian shrink, so that ratio times second step estimates what is left: where it is under
+/// 2^-53, or the second step is under what rounding makes of steps, nothing is, and roots away from grazing end at the
+/// rounding of S, about 4 ulp of (patch size + |origin|) over the cosine between ray and normal. Where a step would
+/// leave [0,1]^2, or the Jacobian tells it nothing (at a pole, where an edge is one point), or twelve passes do not
+/// suffice (the ray grazes, or just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size +
+/// |origin|), which covers S's own rounding, and on an edge, at the edge's point next to the ray, within its gap
+/// besides: so a ray through a common edge of two patches finds one of them (`size` = the largest |coordinate| of the
+/// control points).
 /// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, class Patch>
 PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const& gaps, vec3<S> const& origin,
@@ -220,8 +225,8 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     last = select(moving, sum_of_magnitudes(step) * detail::rate(second, first), last);
     normal = select(moving, cross(p.du, p.dv), normal);
     unsure = (unsure && !moving) || (moving && !(first_u + du == second_u && first_v + dv == second_v));
-    // Steps drown in rounding once the distance from the ray does. What steps say is right only if they account for that distance:
-    // they do not where the Jacobian is nearly singular and the ray just misses.
+    // Steps drown in rounding once the distance from the ray does. What steps say is right only if they account for
+    // that distance: they do not where the Jacobian is nearly singular and the ray just misses.
     S const beside = sum_of_magnitudes(left.beside);
     unsure = unsure || (moving && !(beside <= fma(S(L(2)), sum_of_magnitudes(step), rounding)));
     moving =

@@ -34,8 +34,8 @@ namespace detail {
 
 /// The greatest `entry` so far and the least `exit`, of one axis and those before it.
 ///
-/// Where the direction is zero, the planes of a box around the origin are at -inf and +inf, and a plane that the origin lies
-/// in is at 0 * inf = NaN, which max and min drop: a ray that runs in a face of the box meets it.
+/// Where the direction is zero, the planes of a box around the origin are at -inf and +inf, and a plane that the origin
+/// lies in is at 0 * inf = NaN, which max and min drop: a ray that runs in a face of the box meets it.
 template <scalar T, class B> PATCHRT_INLINE void clip(slab_span<T>& span, T origin, T inverse, B lo, B hi) {
   auto const backward = inverse < T(0);
   T const near = (select(backward, T(hi), T(lo)) - origin) * inverse;
@@ -51,8 +51,8 @@ template <scalar T, class B> PATCHRT_INLINE void clip(slab_span<T>& span, T orig
 /// t = (plane - origin) inverse, by three roundings: at most gamma(3) relative error, far from the origin too (a fused
 /// plane inverse - origin inverse would leak there). `slab::conservative` moves both ends, t_min and t_max among them,
 /// outward by more than twice that, so that no ray which truly meets the box is missed and entry and exit are bounds.
-/// With either, a box inside another has no smaller entry and no greater exit, in computed arithmetic: every operation is
-/// monotone in the box's coordinates.
+/// With either, a box inside another has no smaller entry and no greater exit, in computed arithmetic: every operation
+/// is monotone in the box's coordinates.
 /// \pre    The direction is not zero. Each component of it is zero, or normal and such that no t to a plane of b over- or
 ///         underflows.
 /// \return entry <= exit for a hit; anything else, NaN included, for a miss. Empty boxes are missed.

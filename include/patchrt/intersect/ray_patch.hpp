@@ -4,8 +4,9 @@
 /// \file
 /// The ray-patch solver: where a ray meets one cell of a Bezier patch.
 ///
-/// A ray is two planes (core/twin_planes.hpp). Their normals turn the patch into two scalar bicubics once a ray; a cell's
-/// linear part then either excludes the cell or starts Newton's iteration in it. `correct_root.hpp` takes its result further.
+/// A ray is two planes (core/twin_planes.hpp). Their normals turn the patch into two scalar bicubics once a ray; a
+/// cell's linear part then either excludes the cell or starts Newton's iteration in it. `correct_root.hpp` takes its
+/// result further.
 
 #include <patchrt/core/twin_planes.hpp>
 #include <patchrt/roots/newton.hpp>
@@ -16,8 +17,8 @@
 
 namespace patchrt {
 
-/// The signed distances (scaled by |n1|, |n2|) of S(x, y) from a ray's two planes, in powers of x and y, and what rounding may
-/// have changed in either, evaluation included.
+/// The signed distances (scaled by |n1|, |n2|) of S(x, y) from a ray's two planes, in powers of x and y, and what
+/// rounding may have changed in either, evaluation included.
 template <scalar T, int M = 3, int N = 3> struct projected_patch {
   T f[(M + 1) * (N + 1)];
   T g[(M + 1) * (N + 1)];
@@ -29,9 +30,9 @@ template <scalar T, int M = 3, int N = 3> struct projected_patch {
 
 /// Projects `patch` on the planes through `origin` with normals n1 and n2: 96 fused operations a lane for a bicubic.
 ///
-/// `reach` bounds, by coordinate, the sum of the patch's |coefficients| and the origin. A coefficient of S comes into f by up to
-/// M + N + 6 roundings (its own, 3 of the normal, 3 of the product, M + N - 1 to M + N + 2 of Horner's rule), each half an
-/// epsilon; M + N + 10 epsilon of |n|.reach cover twice these, and the origin's.
+/// `reach` bounds, by coordinate, the sum of the patch's |coefficients| and the origin. A coefficient of S comes into f
+/// by up to M + N + 6 roundings (its own, 3 of the normal, 3 of the product, M + N - 1 to M + N + 2 of Horner's rule),
+/// each half an epsilon; M + N + 10 epsilon of |n|.reach cover twice these, and the origin's.
 template <scalar T, scalar P, int M, int N>
 PATCHRT_INLINE projected_patch<T, M, N> project(power_patch<P, M, N> const& patch, vec3<P> const& reach,
                                                 vec3<T> const& origin, vec3<T> const& n1, vec3<T> const& n2) {
@@ -50,8 +51,8 @@ PATCHRT_INLINE projected_patch<T, M, N> project(power_patch<P, M, N> const& patc
   return p;
 }
 
-/// The same of a rational patch, times its denominator: polynomials with the same roots. `reach` bounds the sum of the numerator's
-/// |coefficients|, and of the weights' times the origin.
+/// The same of a rational patch, times its denominator: polynomials with the same roots. `reach` bounds the sum of the
+/// numerator's |coefficients|, and of the weights' times the origin.
 template <scalar T, scalar P, int M, int N>
 PATCHRT_INLINE projected_patch<T, M, N> project(rational_power_patch<P, M, N> const& patch, vec3<P> const& reach,
                                                 vec3<T> const& origin, vec3<T> const& n1, vec3<T> const& n2) {
@@ -86,7 +87,8 @@ PATCHRT_INLINE projected_patch<T, M, N> permute(projected_patch<T, M, N> const& 
   return p;
 }
 
-/// Both plane functions and their derivatives by x and y at (x, y), by Horner's rule: 56 fused operations for a bicubic.
+/// Both plane functions and their derivatives by x and y at (x, y), by Horner's rule: 56 fused operations for a
+/// bicubic.
 template <scalar T, int M, int N> PATCHRT_INLINE bivariate<T> evaluate(projected_patch<T, M, N> const& p, T x, T y) {
   bivariate<T> b;
   detail::horner<M, N>([&](int k, int l) PATCHRT_INLINE_LAMBDA { return p.f[(N + 1) * k + l]; }, x, y, b.f, b.fx, b.fy);
@@ -97,8 +99,8 @@ template <scalar T, int M, int N> PATCHRT_INLINE bivariate<T> evaluate(projected
 /// A rectangle of the parameter square and how far the patch leaves its tangent plane there.
 ///
 /// The rectangle is |x - x0| <= half_x, |y - y0| <= half_y in centred parameters; `remainder` bounds each coordinate of
-/// S(x, y) - S(x0, y0) - (x - x0) S_x(x0, y0) - (y - y0) S_y(x0, y0) over it; of a rational patch, of that for its numerator and its
-/// denominator times any origin.
+/// S(x, y) - S(x0, y0) - (x - x0) S_x(x0, y0) - (y - y0) S_y(x0, y0) over it; of a rational patch, of that for its
+/// numerator and its denominator times any origin.
 template <scalar T> struct patch_cell {
   T x, y;
   T half_x, half_y;
@@ -114,9 +116,9 @@ template <scalar T> struct cell_start {
 
 /// The root of the cell's linear part, and the proof, where it holds, that the cell has no root.
 ///
-/// A root in the cell satisfies F(c) + J (p - c) + R = 0 with |R| <= |n|.remainder and what rounding adds, so that |J^-1 F(c)| exceeds the cell's
-/// half width by |J^-1| |R| at most; where it exceeds that, `possible` is false. `abs_n1`, `abs_n2` are the planes' normals'
-/// magnitudes by component. The start is in the cell.
+/// A root in the cell satisfies F(c) + J (p - c) + R = 0 with |R| <= |n|.remainder and what rounding adds, so that
+/// |J^-1 F(c)| exceeds the cell's half width by |J^-1| |R| at most; where it exceeds that, `possible` is false.
+/// `abs_n1`, `abs_n2` are the planes' normals' magnitudes by component. The start is in the cell.
 /// \note The linear exclusion of Toth, "On ray tracing parametric surfaces", SIGGRAPH 1985, with a precomputed remainder in
 ///       place of interval Jacobians.
 template <scalar T, int M, int N>
@@ -144,8 +146,8 @@ template <scalar T> struct cell_verdict {
 };
 
 namespace detail {
-/// The expansion of a plane function about a cell's middle, in units of the cell: what it is there, its slopes, and bounds on
-/// what it leaves of its linear part and on what its slopes together change along p and along q.
+/// The expansion of a plane function about a cell's middle, in units of the cell: what it is there, its slopes, and
+/// bounds on what it leaves of its linear part and on what its slopes together change along p and along q.
 template <scalar T> struct cell_expansion { T value, by_x, by_y, remainder, x_change, y_change; };
 
 /// c[0] + c[stride] x + ... + c[N stride] x^N in powers of (x - at) / h, by Horner's scheme.
@@ -185,14 +187,16 @@ PATCHRT_OUTLINE void expand_cell(T const* a, T const& rounding, T const& gap, T 
 }
 }  // namespace detail
 
-/// Excludes a cell, or shows that it has one root at most, from the two plane functions' own expansion about its middle.
+/// Excludes a cell, or shows that it has one root at most, from the two plane functions' own expansion about its
+/// middle.
 ///
-/// With F = sum b_kl p^k q^l, |p|, |q| <= 1 over the cell, what F leaves of its linear part is at most the sum of the other
-/// |b_kl| and what rounding adds, and the Jacobian's change at most the sums of k |b_kl| and l |b_kl|. Multiplied by the Jacobian's adjoint in the middle,
-/// the first gives exclusion as in `linear_start`, multiplied by its transpose one that works where it is singular; the second
-/// gives a P-matrix, hence an injective map, where (|det| - e11) (|det| - e22) > e12 e21 with both factors positive; where
-/// both row sums of e are under |det| / 4, no two Jacobians of the cell differ by more than 2/3 of either, relatively, and Newton
-/// steps shrink the distance to the root by that. About 280 operations.
+/// With F = sum b_kl p^k q^l, |p|, |q| <= 1 over the cell, what F leaves of its linear part is at most the sum of the
+/// other |b_kl| and what rounding adds, and the Jacobian's change at most the sums of k |b_kl| and l |b_kl|. Multiplied
+/// by the Jacobian's adjoint in the middle, the first gives exclusion as in `linear_start`, multiplied by its transpose
+/// one that works where it is singular; the second gives a P-matrix, hence an injective map, where (|det| - e11) (|det|
+/// - e22) > e12 e21 with both factors positive; where both row sums of e are under |det| / 4, no two Jacobians of the
+/// cell differ by more than 2/3 of either, relatively, and Newton steps shrink the distance to the root by that. About
+/// 280 operations.
 /// \note Gale & Nikaido, "The Jacobian matrix and global univalence of mappings", Math. Ann. 159, 1965, theorem 4.
 template <scalar T, int M, int N>
 PATCHRT_INLINE cell_verdict<T> examine_cell(projected_patch<T, M, N> const& p, T x, T y, T half_x, T half_y) {
@@ -241,8 +245,9 @@ template <scalar T> struct newton_result {
 /// Newton's iteration on the two plane functions from (x, y), for the lanes in `active`.
 ///
 /// A lane has converged after a step shorter than `tolerance` in both parameters, which leaves an error of the order of
-/// tolerance^2, or where both functions are no more than their rounding: there only a short step is taken. It is given up when it has left |x|, |y| < 1.5
-/// or after `max_steps`. Steps are limited to (limit_x, limit_y). Errors are |J^-1| times the functions' rounding, with the last J.
+/// tolerance^2, or where both functions are no more than their rounding: there only a short step is taken. It is given
+/// up when it has left |x|, |y| < 1.5 or after `max_steps`. Steps are limited to (limit_x, limit_y). Errors are |J^-1|
+/// times the functions' rounding, with the last J.
 template <scalar T, int M, int N>
 PATCHRT_INLINE newton_result<T> newton(projected_patch<T, M, N> const& p, T x, T y, T limit_x, T limit_y,
                                        mask_t<T> active, lane_t<T> tolerance, int max_steps) {

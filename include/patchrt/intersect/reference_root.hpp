@@ -12,11 +12,12 @@
 
 namespace patchrt {
 
-/// The paper's solver: Newton's iteration in (u, v) on the ray's two planes, from `root`'s (u, v), on the control points.
-/// Gives the number of steps.
+/// The paper's solver: Newton's iteration in (u, v) on the ray's two planes, from `root`'s (u, v), on the control
+/// points. Gives the number of steps.
 ///
-/// Stops where |R| < eps, on divergence, and after 16 steps; a lane that was stopped by divergence counts where its residual is
-/// at the rounding floor all the same. eps is 1e-15 of (patch size + |origin|), and |R| is measured in units of length.
+/// Stops where |R| < eps, on divergence, and after 16 steps; a lane that was stopped by divergence counts where its
+/// residual is at the rounding floor all the same. eps is 1e-15 of (patch size + |origin|), and |R| is measured in
+/// units of length.
 /// \note Nigam & Narayanan 2012, section 3.1, eqs. 2-4. Their eps is an absolute 1e-15, less than an ulp of coordinates above 4.
 template <scalar S, class Patch>
 PATCHRT_OUTLINE int solve_on_planes(Patch const& patch, lane_t<S> size, vec3<S> const& origin, vec3<S> const& direction,

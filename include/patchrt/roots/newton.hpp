@@ -13,8 +13,8 @@ template <scalar T> struct bivariate {
 
 /// Newton's correction scaled by the Jacobian's determinant: the step is (dx, dy) / det.
 ///
-/// Undivided, because that is what tests of size need: |step| > h where |dx| > h |det|, without a division and without a
-/// case for det = 0.
+/// Undivided, because that is what tests of size need: |step| > h where |dx| > h |det|, without a division and without
+/// a case for det = 0.
 template <scalar T> struct scaled_step {
   T dx, dy;
   T det;
@@ -31,8 +31,8 @@ template <scalar T> struct limited_step {
   T dx, dy;
 };
 
-/// The step itself, within one epsilon, where it is shorter than the limit, else the limit in its direction; x and y apart.
-/// Always a number: a step of 0/0 is the limit.
+/// The step itself, within one epsilon, where it is shorter than the limit, else the limit in its direction; x and y
+/// apart. Always a number: a step of 0/0 is the limit.
 template <scalar T> PATCHRT_INLINE limited_step<T> limit_step(scaled_step<T> const& s, T limit_x, T limit_y) {
   T const inverse = T(1) / s.det;
   // `min` drops the NaN of 0 times an infinite inverse.

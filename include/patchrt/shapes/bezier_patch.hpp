@@ -7,8 +7,8 @@ namespace patchrt {
 
 /// The tensor product Bezier patch Q(u, v) = sum_ij B_i^M(u) B_j^N(v) p_ij over 0 <= u, v <= 1.
 ///
-/// control_points[i (N + 1) + j] = p_ij: i runs along u, j along v. T is float or double for one patch, a pack for one patch
-/// a lane.
+/// control_points[i (N + 1) + j] = p_ij: i runs along u, j along v. T is float or double for one patch, a pack for one
+/// patch a lane.
 template <scalar T, int M = 3, int N = 3> struct bezier_patch {
   static_assert(M >= 1 && N >= 1);
   vec3<T> control_points[(M + 1) * (N + 1)];
@@ -47,8 +47,8 @@ template <scalar T, int N> struct bernstein {
   T second[N + 1];
 };
 
-/// The Bernstein polynomials of degree N at t by B_i^n = t B_{i-1}^{n-1} + (1 - t) B_i^{n-1}, their derivatives from those of
-/// one and two degrees less: at most 2 N - 1 roundings each.
+/// The Bernstein polynomials of degree N at t by B_i^n = t B_{i-1}^{n-1} + (1 - t) B_i^{n-1}, their derivatives from
+/// those of one and two degrees less: at most 2 N - 1 roundings each.
 /// \note Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.1 and 5.3.
 template <int N, scalar T> PATCHRT_INLINE bernstein<T, N> bernstein_weights(T t) {
   using L = lane_t<T>;
@@ -104,11 +104,12 @@ template <scalar T> PATCHRT_INLINE void accumulate(vec3<T>& acc, bool first, T w
 
 /// Q, Qu and Qv at (u, v), together: 44 products a coordinate of a bicubic, all but the leading ones of sums fused.
 ///
-/// The control points are rounded to T's lanes, or spread over them: one patch in double serves a pack of parameters. With m
-/// the largest |coordinate| of the patch and g(n) = n eps / (2 - n eps), the error of each coordinate is at most
+/// The control points are rounded to T's lanes, or spread over them: one patch in double serves a pack of parameters.
+/// With m the largest |coordinate| of the patch and g(n) = n eps / (2 - n eps), the error of each coordinate is at most
 ///     g(3 (M + N)) m of the position,   2 M g(3 (M + N)) m of du,   2 N g(3 (M + N)) m of dv
-/// for 0 <= u, v <= 1: 2 N - 1 roundings for the weights along v and N + 1 for their sum, as many with M along u (18 together
-/// for a bicubic); sums of |weights| 1 and twice the degree. At the corners the position is the control point itself.
+/// for 0 <= u, v <= 1: 2 N - 1 roundings for the weights along v and N + 1 for their sum, as many with M along u (18
+/// together for a bicubic); sums of |weights| 1 and twice the degree. At the corners the position is the control point
+/// itself.
 /// \pre No over- or underflow.
 /// \note Nigam & Narayanan 2012, section 3.1: Q, Qu, Qv by one pass over the control points.
 template <scalar P, int M, int N, scalar T>
@@ -166,8 +167,8 @@ PATCHRT_INLINE surface_jet<T> evaluate_curvature(bezier_patch<P, M, N> const& pa
 
 /// The box of the control points, which holds the patch by the convex hull property. No rounding.
 ///
-/// NaN is never hidden: a component in which any control point is NaN is NaN in `lo` and `hi`, and such a box is empty to
-/// `is_empty`. Infinite control points give infinite sides (NaN where both signs occur).
+/// NaN is never hidden: a component in which any control point is NaN is NaN in `lo` and `hi`, and such a box is empty
+/// to `is_empty`. Infinite control points give infinite sides (NaN where both signs occur).
 template <scalar T, int M, int N> PATCHRT_INLINE box<T> bounds(bezier_patch<T, M, N> const& patch) {
   vec3<T> const& first = patch.control_points[0];
   box<T> b{first, first};

@@ -13,8 +13,8 @@ template <scalar T, int M, int N> struct patch_halves {
 
 namespace detail {
 
-/// The point a + t (b - a) of a segment, from the nearer end: exact at t = 0, at t = 1 and where a = b, and between a and b
-/// (as rounded) for 0 <= t <= 1.
+/// The point a + t (b - a) of a segment, from the nearer end: exact at t = 0, at t = 1 and where a = b, and between a
+/// and b (as rounded) for 0 <= t <= 1.
 template <scalar T> struct segment_point {
   mask_t<T> from_a;
   T weight;
@@ -62,7 +62,8 @@ PATCHRT_INLINE patch_halves<T, M, N> cut_v(bezier_patch<T, M, N> const& patch, P
   return h;
 }
 
-/// Points of the curve's part from t = a to t = b, by its blossom: point k is the blossom at N - k times a and k times b.
+/// Points of the curve's part from t = a to t = b, by its blossom: point k is the blossom at N - k times a and k times
+/// b.
 template <int N, class V, class Point>
 PATCHRT_INLINE void restrict_curve(V* p, int stride, Point const& at_a, Point const& at_b) {
   V at[N + 1];  // the blossom at n times a
@@ -103,8 +104,8 @@ template <scalar T, int M, int N> PATCHRT_INLINE patch_halves<T, M, N> split_v(b
 
 /// The parts of a patch below and above the parameter u.
 ///
-/// Each coordinate is off by at most M eps times the patch's largest |coordinate| for 0 <= u <= 1; at u = 0 and u = 1 one
-/// part is the patch itself, bit for bit. What `split_u` at 1/2 says of equal points, edges and bounds holds.
+/// Each coordinate is off by at most M eps times the patch's largest |coordinate| for 0 <= u <= 1; at u = 0 and u = 1
+/// one part is the patch itself, bit for bit. What `split_u` at 1/2 says of equal points, edges and bounds holds.
 template <scalar T, int M, int N>
 PATCHRT_INLINE patch_halves<T, M, N> split_u(bezier_patch<T, M, N> const& patch, T u) {
   return detail::cut_u(patch, detail::segment_point<T>(u));
@@ -116,11 +117,12 @@ PATCHRT_INLINE patch_halves<T, M, N> split_v(bezier_patch<T, M, N> const& patch,
   return detail::cut_v(patch, detail::segment_point<T>(v));
 }
 
-/// The part u0 <= u <= u1, v0 <= v <= v1 of a patch as a patch over 0 <= u, v <= 1; turned round where u1 < u0 or v1 < v0.
+/// The part u0 <= u <= u1, v0 <= v <= v1 of a patch as a patch over 0 <= u, v <= 1; turned round where u1 < u0 or v1 <
+/// v0.
 ///
-/// Each coordinate is off by at most (M + N) eps times the patch's largest |coordinate| for parameters within [0, 1]. The
-/// corners depend on their own parameters alone, and an edge on its own line and its ends: neighbours with the same ends
-/// share it bit for bit.
+/// Each coordinate is off by at most (M + N) eps times the patch's largest |coordinate| for parameters within [0, 1].
+/// The corners depend on their own parameters alone, and an edge on its own line and its ends: neighbours with the same
+/// ends share it bit for bit.
 /// \note By the blossom: Ramshaw, "Blossoms are polar forms", CAGD 6(4), 1989; Farin, 5th ed., section 4.4.
 template <scalar T, int M, int N>
 PATCHRT_HD bezier_patch<T, M, N> sub_patch(bezier_patch<T, M, N> const& patch, T u0, T u1, T v0, T v1) {

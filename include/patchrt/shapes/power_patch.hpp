@@ -9,16 +9,16 @@ namespace patchrt {
 ///
 ///     S = sum_kl coefficients[(N + 1) k + l] x^k y^l,   -1 <= x, y <= 1.
 ///
-/// Horner's rule costs 28 fused operations a coordinate of a bicubic for value and both derivatives where the Bernstein form
-/// costs 44, and since |x|, |y| <= 1 no coefficient exceeds the control net's size by more than a small factor, nor does the
-/// rounding error: gamma_(M + N + 1) sum_kl |coefficients[(N + 1) k + l]| a coordinate.
+/// Horner's rule costs 28 fused operations a coordinate of a bicubic for value and both derivatives where the Bernstein
+/// form costs 44, and since |x|, |y| <= 1 no coefficient exceeds the control net's size by more than a small factor,
+/// nor does the rounding error: gamma_(M + N + 1) sum_kl |coefficients[(N + 1) k + l]| a coordinate.
 /// \note Farouki & Rajan, "On the numerical condition of polynomials in Bernstein form", CAGD 4, 1987, section 5: the power
 ///       form about the middle of the interval is the best conditioned of the power forms.
 template <scalar T, int M = 3, int N = 3> struct power_patch { vec3<T> coefficients[(M + 1) * (N + 1)]; };
 
 namespace detail {
-/// Control values of degree N over [0, 1] to powers of x = 2t - 1, in place, `stride` apart: the k-th differences' blossom at
-/// t = 1/2, times binomial(N, k) / 2^k.
+/// Control values of degree N over [0, 1] to powers of x = 2t - 1, in place, `stride` apart: the k-th differences'
+/// blossom at t = 1/2, times binomial(N, k) / 2^k.
 template <int N, class V, class L> PATCHRT_HD void bernstein_to_power(V* p, int stride, L half) {
   for (int k = 0; k <= N; ++k) {
     V level[N + 1];
@@ -71,8 +71,8 @@ PATCHRT_INLINE void horner(A const& a, T x, T y, T& value, T& by_x, T& by_y) {
 /// The power form of `patch`; the basis change is computed in the patch's own precision.
 ///
 /// With m the largest |coordinate| of the control points and w_k^M the sum of the magnitudes of the coefficients of
-/// binomial(M, k) ((1 + z) / 2)^(M - k) ((1 - z) / 2)^k, which is (1, 3/2, 3/2, 1) for M = 3, coefficient (k, l) is at most
-/// w_k^M w_l^N m and gamma_(M + N + 2) w_k^M w_l^N m off: M + 1 roundings along u and N + 1 along v.
+/// binomial(M, k) ((1 + z) / 2)^(M - k) ((1 - z) / 2)^k, which is (1, 3/2, 3/2, 1) for M = 3, coefficient (k, l) is at
+/// most w_k^M w_l^N m and gamma_(M + N + 2) w_k^M w_l^N m off: M + 1 roundings along u and N + 1 along v.
 template <scalar T, int M, int N> PATCHRT_HD power_patch<T, M, N> to_power(bezier_patch<T, M, N> const& patch) {
   power_patch<T, M, N> q;
   for (int i = 0; i < (M + 1) * (N + 1); ++i) q.coefficients[i] = patch.control_points[i];

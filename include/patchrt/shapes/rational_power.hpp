@@ -6,8 +6,8 @@
 
 namespace patchrt {
 
-/// A rational Bezier patch A / W in powers of the centred parameters x = 2u - 1, y = 2v - 1: coefficient (k, l) holds that of the
-/// numerator A as its point and that of the denominator W as its weight.
+/// A rational Bezier patch A / W in powers of the centred parameters x = 2u - 1, y = 2v - 1: coefficient (k, l) holds
+/// that of the numerator A as its point and that of the denominator W as its weight.
 template <scalar T, int M = 3, int N = 3> struct rational_power_patch {
   weighted_point<T> coefficients[(M + 1) * (N + 1)];
 };
@@ -35,7 +35,8 @@ template <scalar T, int C, class P, int M, int N> struct rational_coordinate {
 };
 }  // namespace detail
 
-/// The power form of `patch`: errors as for polynomial patches, one rounding more for the products of points and weights.
+/// The power form of `patch`: errors as for polynomial patches, one rounding more for the products of points and
+/// weights.
 template <scalar T, int M, int N>
 PATCHRT_HD rational_power_patch<T, M, N> to_power(rational_patch<T, M, N> const& patch) {
   rational_power_patch<T, M, N> q;

@@ -5,7 +5,8 @@
 
 namespace patchrt {
 
-/// What kernels over any kind of Bezier patch ask of its type: degrees, the same kind in other numbers, and its power form.
+/// What kernels over any kind of Bezier patch ask of its type: degrees, the same kind in other numbers, and its power
+/// form.
 template <class Surface> struct surface_form;
 
 template <scalar P, int M, int N> struct surface_form<bezier_patch<P, M, N>> {

@@ -40,7 +40,8 @@ placed_hit place(basic_mixed_hierarchy_view<Surface> const& h, std::int32_t patc
   return placed;
 }
 
-/// Whether two hits are one: on one patch, or on two of them at an edge that they share, and no farther apart than they may be off.
+/// Whether two hits are one: on one patch, or on two of them at an edge that they share, and no farther apart than they
+/// may be off.
 inline bool is_same(placed_hit const& a, placed_hit const& b) {
   bool const one_patch = a.hit.patch == b.hit.patch;
   bool const across = std::fabs(a.hit.u - b.hit.u) > 0.5 || std::fabs(a.hit.v - b.hit.v) > 0.5;  // of a tube
@@ -52,8 +53,9 @@ inline bool is_same(placed_hit const& a, placed_hit const& b) {
 
 }  // namespace detail
 
-/// All hits of a ray in (t_min, t_max) by ascending t, each once: hits that are no farther apart than their errors are one where they
-/// are on the same patch, or on the edges of two, gaps included. Of equal ones the first by t, then by patch, stays.
+/// All hits of a ray in (t_min, t_max) by ascending t, each once: hits that are no farther apart than their errors are
+/// one where they are on the same patch, or on the edges of two, gaps included. Of equal ones the first by t, then by
+/// patch, stays.
 template <accuracy A = accuracy::refined, class Surface, class R>
 std::vector<patch_hit> all_hits(basic_mixed_hierarchy_view<Surface> const& hierarchy, ray<R> const& r) {
   static_assert(A != accuracy::fast, "all_hits tells hits apart by errors in double");

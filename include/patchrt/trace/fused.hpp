@@ -3,8 +3,8 @@
 #pragma once
 
 /// \file
-/// Lists of rays to lists of hits on the CPU, in one fused step a pack of rays: traverse, search, correct, and let the nearest
-/// hit prune the rest. Needs the component `patchrt::pack`.
+/// Lists of rays to lists of hits on the CPU, in one fused step a pack of rays: traverse, search, correct, and let the
+/// nearest hit prune the rest. Needs the component `patchrt::pack`.
 
 #include <patchrt/accel/hierarchy_search.hpp>
 #include <patchrt/exec/executor.hpp>
@@ -113,9 +113,9 @@ void fused_list(basic_mixed_hierarchy_view<Surface> const& hierarchy, std::span<
 
 /// The nearest hit of every ray in (t_min, t_max).
 ///
-/// A NaN anywhere in a ray, a direction of length 0 or whose squared length over- or underflows, or t_min >= t_max is a miss.
-/// The hits are the same bits for every executor and number of threads, and for every order of the rays. `counts`, where not
-/// null, is added to.
+/// A NaN anywhere in a ray, a direction of length 0 or whose squared length over- or underflows, or t_min >= t_max is a
+/// miss. The hits are the same bits for every executor and number of threads, and for every order of the rays.
+/// `counts`, where not null, is added to.
 /// \pre hits.size() == rays.size()
 /// \note Nigam & Narayanan 2012, section 5.1: the single step of the CPU, resuming the BVH with the hit's t.
 template <accuracy A = accuracy::refined, class Surface, executor E>

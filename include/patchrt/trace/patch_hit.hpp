@@ -8,10 +8,11 @@
 
 namespace patchrt {
 
-/// A ray's hit: t in units of |direction|, (u, v) in [0, 1]^2 on patch number `patch`; `patch` is -1 and t infinite for a miss.
-/// `error` bounds the distance between S(u, v) and the point where the exact ray meets the exact patch, in the user's units, rounded
-/// up to a float: to first order for `fast`, `refined` and `reference`, rigorously for `certified`. Infinite where the ray touches the patch and
-/// that point cannot be told; S(u, v) is then still a point of the patch that the ray passes within rounding.
+/// A ray's hit: t in units of |direction|, (u, v) in [0, 1]^2 on patch number `patch`; `patch` is -1 and t infinite for
+/// a miss. `error` bounds the distance between S(u, v) and the point where the exact ray meets the exact patch, in the
+/// user's units, rounded up to a float: to first order for `fast`, `refined` and `reference`, rigorously for
+/// `certified`. Infinite where the ray touches the patch and that point cannot be told; S(u, v) is then still a point
+/// of the patch that the ray passes within rounding.
 struct patch_hit {
   double t = std::numeric_limits<double>::infinity();
   double u = 0, v = 0;
