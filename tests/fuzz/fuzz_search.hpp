@@ -196,8 +196,7 @@ inline search_violation find_violation(search_input const& in) {
   oracle const truth(numbers_of(in.patches));
   double widest_gap = 0;
   for (std::size_t k = 0; k < in.patches.size(); ++k) {
-    edge_gaps const& g = h.view().exact[k].gaps;
-    widest_gap = std::max({widest_gap, g.u0, g.u1, g.v0, g.v1});
+    widest_gap = std::max(widest_gap, largest_gap(h.view().exact[k].gaps));
   }
   for (std::size_t i = 0; i < in.rays.size(); ++i) {
     ray<double> const& r = in.rays[i];

@@ -245,8 +245,7 @@ basic_mixed_hierarchy<Surface> build_mixed_hierarchy(std::span<Surface const> pa
       nets[i].control_points[k] = convert_vec<float>(p * h.inverse_scale);
     }
     e.gaps = gaps[i];
-    h.search[i].gap = static_cast<float>(std::max({gaps[i].u0, gaps[i].u1, gaps[i].v0, gaps[i].v1}) * h.inverse_scale *
-                                         (1 + 0x1p-20));
+    h.search[i].gap = static_cast<float>(largest_gap(gaps[i]) * h.inverse_scale * (1 + 0x1p-20));
     detail::normalise_weights(e.patch);
     detail::fill_forms(e, h.search[i], h.inverse_scale);
     splits[i] = detail::choose_splits(nets[i], options);

@@ -43,8 +43,7 @@ PATCHRT_HD mask_t<S> is_proved_on_edge(exact_patch<Surface> const& exact, vec3<S
   S const inverse = S(L(2)) * max(sum_of_magnitudes(rows.x), sum_of_magnitudes(rows.y));
   S const per_square = S(L(1)) / dot(direction, direction);
   vec3<S> const beside = split_along(difference(origin, p.position), direction, per_square).beside;
-  S const floor = fma(S(L(4) * std::numeric_limits<L>::epsilon()), sum_of_magnitudes(origin), S(L(exact.rounding)));
-  S const radius = S(L(2)) * inverse * (sum_of_magnitudes(beside) + floor);
+  S const radius = S(L(2)) * inverse * (sum_of_magnitudes(beside) + rounding_beside(origin, L(exact.rounding)));
   return inverse * S(L(exact.bend)) * radius < S(L(0.125)) * to_rows && radius < S(L(0x1p-6));
 }
 

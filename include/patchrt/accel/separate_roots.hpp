@@ -49,7 +49,7 @@ PATCHRT_HD void separate_roots(exact_patch<Surface> const& exact, vec3<L> const&
   n2 = scale(n2, to_search);
   projected_patch<L, form::degree_u, form::degree_v> projected =
       project(exact.power, projection_reach(exact.power, origin), origin, n1, n2);
-  L const gap = max(max(exact.gaps.u0, exact.gaps.u1), max(exact.gaps.v0, exact.gaps.v1));
+  L const gap = L(largest_gap(exact.gaps));
   projected.gap_f = gap * sum_of_magnitudes(n1);
   projected.gap_g = gap * sum_of_magnitudes(n2);
   L const floor = L(8) * (projected.rounding_f + projected.rounding_g), narrow = L(0x1p-26);

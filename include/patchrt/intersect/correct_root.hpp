@@ -59,6 +59,12 @@ PATCHRT_INLINE split_chord<S> split_along(vec3<S> const& chord, vec3<S> const& d
 }  // namespace detail
 
 namespace detail {
+/// Bounds what rounding does to a point of the patch beside the ray: `rounding` is that of S.
+template <scalar S> PATCHRT_INLINE S rounding_beside(vec3<S> const& origin, lane_t<S> rounding) {
+  using L = lane_t<S>;
+  return fma(S(L(4) * std::numeric_limits<L>::epsilon()), sum_of_magnitudes(origin), S(rounding));
+}
+
 /// What a hit may be wrong by where the ray passes S(u, v) within `beside`, give or take `rounding`: both over the
 /// cosine between ray and normal.
 template <scalar S> PATCHRT_INLINE S error_of(S beside, S rounding, vec3<S> const& normal, vec3<S> const& direction) {
@@ -103,7 +109,7 @@ PATCHRT_INLINE chord_steps<S> correct_by_chords(Power const& power, lane_t<S> ro
   root.t = dot(second.beside, rows.t) - second.along;
   root.u = fma(x, half, half);
   root.v = fma(y, half, half);
-  S const floor = fma(S(L(4) * std::numeric_limits<L>::epsilon()), sum_of_magnitudes(origin), S(rounding));
+  S const floor = detail::rounding_beside(origin, rounding);
   root.error = floor * rows.per_cosine;
   auto const settled = (last * last <= before * S(L(0x1p-53)) || last <= S(L(0x1p-50))) && before < S(L(0x1p-6)) &&
                        abs(x) <= one && abs(y) <= one;
@@ -176,6 +182,9 @@ PATCHRT_OUTLINE void slide_along_edges(Patch const& patch, vec3<S> const& origin
 struct edge_gaps {
   double u0 = 0, u1 = 0, v0 = 0, v1 = 0;  ///< at u = 0, u = 1, v = 0, v = 1
 };
+
+/// The largest of a patch's gaps.
+PATCHRT_INLINE double largest_gap(edge_gaps const& g) { return max(max(g.u0, g.u1), max(g.v0, g.v1)); }
 
 /// Corrects a root's (u, v) on the control points themselves, in S's precision: a Newton step in (u, v, t), then one
 /// with the same Jacobian, again until both together have converged; all within [0, 1]^2.

@@ -36,7 +36,7 @@ placed_hit place(basic_mixed_hierarchy_view<Surface> const& h, std::int32_t patc
   placed.position = p.position + e.base;
   placed.error = std::min(root.error, 0x1p-20 * e.size);
   placed.edge = std::min(std::min(root.u, 1 - root.u) * length(p.du), std::min(root.v, 1 - root.v) * length(p.dv));
-  placed.gap = std::max({e.gaps.u0, e.gaps.u1, e.gaps.v0, e.gaps.v1});
+  placed.gap = largest_gap(e.gaps);
   return placed;
 }
 

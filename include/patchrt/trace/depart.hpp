@@ -182,7 +182,7 @@ PATCHRT_HD hit_departure depart_from(basic_mixed_hierarchy_view<Surface> const& 
     before = gap;
     detail::visit_patches_near(h, at, 4 * gap * h.inverse_scale, [&](exact_patch<Surface> const& e) {
       clear = max(clear, detail::patch_clearance<A>(h, e));
-      gap = max(gap, max(max(e.gaps.u0, e.gaps.u1), max(e.gaps.v0, e.gaps.v1)));
+      gap = max(gap, largest_gap(e.gaps));
     });
   }
   clear = fma(4., gap, clear);
