@@ -15,6 +15,7 @@
 #include <patchrt/accel/separate_roots.hpp>
 #include <patchrt/accel/subpatch_tree.hpp>
 #include <patchrt/accel/traverse.hpp>
+#include <patchrt/core/affine.hpp>
 #include <patchrt/core/box.hpp>
 #include <patchrt/core/config.hpp>
 #include <patchrt/core/ray.hpp>
