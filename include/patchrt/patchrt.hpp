@@ -28,6 +28,8 @@
 #include <patchrt/intersect/offset_origin.hpp>
 #include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/intersect/ray_patch.hpp>
+#include <patchrt/intersect/ray_triangle.hpp>
+#include <patchrt/intersect/ray_triangle_watertight.hpp>
 #include <patchrt/intersect/reference_root.hpp>
 #include <patchrt/numbers/directed.hpp>
 #include <patchrt/numbers/error_free.hpp>
@@ -56,6 +58,7 @@
 #include <patchrt/shapes/rational_split.hpp>
 #include <patchrt/shapes/revolution_patches.hpp>
 #include <patchrt/shapes/surface_form.hpp>
+#include <patchrt/shapes/triangle.hpp>
 #include <patchrt/trace/depart.hpp>
 #include <patchrt/trace/patch_hit.hpp>
 
