@@ -45,6 +45,7 @@
 #include <patchrt/roots/krawczyk.hpp>
 #include <patchrt/roots/newton.hpp>
 #include <patchrt/roots/parameter_box.hpp>
+#include <patchrt/roots/quadratic.hpp>
 #include <patchrt/roots/refine_root.hpp>
 #include <patchrt/roots/root_clusters.hpp>
 #include <patchrt/shapes/bezier_elevate.hpp>
