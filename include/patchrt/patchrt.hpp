@@ -31,6 +31,7 @@
 #include <patchrt/intersect/ray_triangle.hpp>
 #include <patchrt/intersect/ray_triangle_watertight.hpp>
 #include <patchrt/intersect/reference_root.hpp>
+#include <patchrt/intersect/triangle_departure.hpp>
 #include <patchrt/numbers/directed.hpp>
 #include <patchrt/numbers/error_free.hpp>
 #include <patchrt/numbers/fixed.hpp>
