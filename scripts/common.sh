@@ -5,11 +5,12 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 # What the programs are built from.
-program_packages=(cmake ninja-build g++ libglm-dev libxsimd-dev libcli11-dev nlohmann-json3-dev libstb-dev)
+program_packages=(cmake ninja-build g++ libglm-dev libxsimd-dev libcli11-dev nlohmann-json3-dev libstb-dev
+                  libtinyobjloader-dev)
 # What the tests and benchmarks need besides.
 test_packages=(catch2 libbenchmark-dev libboost-dev libmpfr-dev libeigen3-dev python3)
 # Left out where the distribution has none: CMake then leaves out what needs them.
-optional_packages=(clang libomp-dev libembree-dev python3-matplotlib)
+optional_packages=(libosd-dev clang libomp-dev libembree-dev python3-matplotlib)
 
 as_root() {
   if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
