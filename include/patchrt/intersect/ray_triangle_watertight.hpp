@@ -38,12 +38,13 @@ struct watertight_form {
   }
 
   /// The axis of the direction's greatest component is divided by; x and y are the others, in the order that leaves
-  /// front faces positive. A direction of 0 gives NaN, and so no hit.
+  /// front faces positive. A direction of 0 or an infinite one gives NaN, and so no hit.
   template <scalar R> PATCHRT_HD static ray_constants<R> make_ray(vec3<R> const& origin, vec3<R> const& d) {
-    R const zero(lane_t<R>(0)), one(lane_t<R>(1)), x = abs(d.x), y = abs(d.y), z = abs(d.z);
+    R const zero(lane_t<R>(0)), x = abs(d.x), y = abs(d.y), z = abs(d.z);
     auto const x_most = z <= x && y <= x;
     auto const y_most = !x_most && z <= y;
-    R const deepest = select(x_most, d.x, select(y_most, d.y, d.z)), inverse = one / deepest;
+    R const deepest = select(x_most, d.x, select(y_most, d.y, d.z));
+    R const one = R(lane_t<R>(1)) + (deepest - deepest), inverse = one / deepest;
     R const sx = -d.x / deepest, sy = -d.y / deepest, sz = -d.z / deepest;
     vec3<R> const first =
         select(x_most, vec3<R>{sy, one, zero}, select(y_most, vec3<R>{zero, sz, one}, vec3<R>{one, zero, sx}));

@@ -44,6 +44,7 @@ template <scalar Q> PATCHRT_HD triangle_reach<Q> reach_of(triangle<Q> const& t) 
 /// more than rounding. The watertight form moves vertices by 30 u times their distance at most; `thickness` is for the
 /// normal, which rounding may turn by 4 u |m| / |n|. What starts 2 sizes away along any direction and does not come
 /// back is clear of t whatever its normal is.
+/// \pre The form meets t itself, not a rounding of it.
 /// \note Of needles, thickness is up to their length over their width times their size: that is what the forms that start
 ///       from edges may be off by there.
 template <scalar T, scalar P> PATCHRT_HD T clearance(triangle<P> const& t) {
@@ -61,9 +62,11 @@ template <scalar T, scalar P> PATCHRT_HD T clearance(triangle<P> const& t) {
 /// \pre 0 <= u, v, u + v <= 1 but for a few roundings; no over- or underflow.
 template <scalar P, scalar T> PATCHRT_HD surface_departure<T> depart_from(triangle<P> const& t, T u, T v, T clear) {
   using Q = detail::wider_t<P, T>;
-  triangle<Q> const wide{convert_vec<Q>(t.a), convert_vec<Q>(t.b), convert_vec<Q>(t.c)};
-  return {convert_vec<T>(position(wide, convert<Q>(u), convert<Q>(v))), convert_vec<T>(detail::reach_of(wide).normal),
-          clear};
+  vec3<Q> const a = convert_vec<Q>(t.a), ab = difference(convert_vec<Q>(t.b), a),
+                ac = difference(convert_vec<Q>(t.c), a);
+  vec3<T> const here = fma(u, convert_vec<T>(ab), scale(convert_vec<T>(ac), v));
+  vec3<Q> const n = detail::reach_of(triangle<Q>{a, convert_vec<Q>(t.b), convert_vec<Q>(t.c)}).normal;
+  return {sum(convert_vec<T>(t.a), here), convert_vec<T>(n), clear};
 }
 
 /// The same, just clear of the triangle.
