@@ -245,3 +245,52 @@ TEMPLATE_TEST_CASE("hits are within t_min and t_max, and u, v and u + v within 0
   CHECK(hits > 20000);
   CHECK(cut > hits / 3);
 }
+
+TEMPLATE_TEST_CASE("meet decides by signs what intersect decides by t, and leaves weights that are not negative", "",
+                   PATCHRT_FORMS_OVER(float), PATCHRT_FORMS_OVER(double)) {
+  using T = typename TestType::number;
+  using Form = typename TestType::form;
+  T const eps = std::numeric_limits<T>::epsilon();
+  unsigned const seed = 40105u;
+  CAPTURE(seed);
+  random_triangle_rays random(seed);
+  int hits = 0;
+  for (int k = 0; k < 30000; ++k) {
+    auto const t = random_triangle_rays::rounded<T>(random.any_shape(1e-3));
+    ray<T> const r = random.ray_at<T>(random.aim(t), 3);
+    auto const prepared = Form::prepare(t);
+    auto const constants = Form::make_ray(r.origin, r.direction);
+    auto const valid = [&](T t_min, T t_max) { return Form::meet(constants, prepared, t_min, t_max).valid; };
+    auto const all = intersect<Form>(constants, prepared, r.t_min, r.t_max);
+    REQUIRE(valid(r.t_min, r.t_max) == all.valid);
+    if (!all.valid) continue;
+    ++hits;
+    auto const m = Form::meet(constants, prepared, r.t_min, r.t_max);
+    REQUIRE((m.scale > 0 && m.u >= 0 && m.v >= 0 && m.w >= 0));
+    REQUIRE(std::fabs(m.distance / m.scale - all.t) <= eps * all.t);
+    T const sooner = all.t * (1 - 4 * eps), later = all.t * (1 + 4 * eps);
+    REQUIRE(valid(sooner, later));
+    REQUIRE_FALSE(valid(later, r.t_max));
+    REQUIRE_FALSE(valid(r.t_min, sooner));
+    REQUIRE_FALSE(valid(-r.t_max, sooner));
+  }
+  CHECK(hits > 10000);
+}
+
+TEMPLATE_TEST_CASE("rays along edges give no NaN", "", PATCHRT_FORMS_OVER(float), PATCHRT_FORMS_OVER(double)) {
+  using T = typename TestType::number;
+  using Form = typename TestType::form;
+  unsigned const seed = 40106u;
+  CAPTURE(seed);
+  random_triangle_rays random(seed);
+  for (int k = 0; k < 30000; ++k) {
+    auto const t = random_triangle_rays::rounded<T>(random.any_shape(1e-3));
+    vec3<T> const corner[] = {t.a, t.b, t.c};
+    int const from = random.pick(3), to = (from + 1 + random.pick(2)) % 3;
+    for (auto const& r :
+         {line(corner[from], corner[to] - corner[from]), line(corner[from], corner[from] - corner[to])}) {
+      auto const h = intersect<Form>(r, t);
+      if (h.valid) REQUIRE((h.t - h.t == 0 && h.u - h.u == 0 && h.v - h.v == 0));
+    }
+  }
+}

@@ -61,6 +61,7 @@ template <scalar T> struct plane_crossing {
 ///
 /// All signs are those of the front: where the back is met, all numbers change theirs. fma(t_min, scale, -distance) is a
 /// single rounding, which keeps the sign. Where scale is 0 or less, t_min < t < t_max cannot hold: no such lane is valid.
+/// Nor is one whose ray goes along the triangle so that all weights are 0.
 template <faces F, scalar T, class Plane>
 PATCHRT_INLINE triangle_crossing<T> cross_in_range(T u, T v, T w, T t_min, T t_max, Plane const& plane) {
   T const zero(lane_t<T>(0));
@@ -77,7 +78,7 @@ PATCHRT_INLINE triangle_crossing<T> cross_in_range(T u, T v, T w, T t_min, T t_m
     w = select(front, w, -w);
   }
   auto const in_range = zero < fma(-t_min, scale, distance) && fma(-t_max, scale, distance) < zero;
-  return {distance, scale, u, v, w, inside && in_range && zero < scale && zero < (u + v) + w};
+  return {distance, scale, u, v, w, inside && in_range && zero < (u + v) + w};
 }
 
 /// `rounding` (m.|ao| + |t| m.|d|) |d| / (|n.d| - `rounding` m.|d|), infinite where n.d may be 0.
