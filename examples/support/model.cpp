@@ -5,6 +5,7 @@
 #include "text.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
@@ -85,6 +86,23 @@ std::vector<bicubic_patch<double>> parse_bpt(std::string_view text, std::string_
 std::vector<bicubic_patch<double>> load_bpt(std::filesystem::path const& file) {
   constexpr std::uintmax_t four_gib = std::uintmax_t(4) << 30;
   return parse_bpt(examples::read_file(file, four_gib), file.string());
+}
+
+std::string to_bpt(std::span<bicubic_patch<double> const> patches) {
+  std::string text = std::to_string(patches.size()) + '\n';
+  auto const append = [&](double x, char end) {
+    char digits[32];
+    text.append(digits, std::to_chars(digits, digits + sizeof digits, x).ptr) += end;
+  };
+  for (auto const& patch : patches) {
+    text += "3 3\n";
+    for (auto const& p : patch.control_points) {
+      append(p.x, ' ');
+      append(p.y, ' ');
+      append(p.z, '\n');
+    }
+  }
+  return text;
 }
 
 }  // namespace patchrt

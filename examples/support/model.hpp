@@ -4,6 +4,8 @@
 #include <patchrt/shapes/bezier_patch.hpp>
 
 #include <filesystem>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,5 +25,8 @@ std::vector<bicubic_patch<double>> parse_bpt(std::string_view text, std::string_
 /// `parse_bpt` of a file.
 /// \throws std::runtime_error as `parse_bpt`, or "FILE: ..." for what cannot be read.
 std::vector<bicubic_patch<double>> load_bpt(std::filesystem::path const& file);
+
+/// The patches in the .bpt format; `parse_bpt` returns them bit for bit.
+std::string to_bpt(std::span<bicubic_patch<double> const> patches);
 
 }  // namespace patchrt

@@ -88,6 +88,22 @@ TEST_CASE("every double comes back bit for bit from its shortest decimal form") 
   }
 }
 
+TEST_CASE("patches come back bit for bit from the text they are written as") {
+  auto const seed = std::random_device()();
+  CAPTURE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> mantissa(-1, 1);
+  std::uniform_int_distribution<int> exponent(-1070, 1023);
+  std::vector<bicubic_patch<double>> patches(20);
+  for (auto& patch : patches)
+    for (auto& p : patch.control_points)
+      for (int axis = 0; axis < 3; ++axis) p[axis] = std::ldexp(mantissa(random), exponent(random));
+  patches[3](1, 2) = {0.0, -0.0, 1e22};
+  auto const read = parse_bpt(to_bpt(patches), "written.bpt");
+  REQUIRE(read.size() == patches.size());
+  REQUIRE(std::memcmp(read.data(), patches.data(), patches.size() * sizeof patches[0]) == 0);
+}
+
 TEST_CASE("the decimal point is a point in every locale") {
   struct comma : std::numpunct<char> {
     char do_decimal_point() const override { return ','; }
