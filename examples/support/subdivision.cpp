@@ -322,6 +322,8 @@ class limit_surface {
 }  // namespace
 
 subdivision_surface::subdivision_surface(obj_model const& control) : name_(control.name), vertices_(control.vertices) {
+  auto const is_quad = [](obj_face const& face) { return face.size == 4; };
+  least_level_ = std::all_of(control.faces.begin(), control.faces.end(), is_quad) ? 0 : 1;
   topology const mesh(control);
   complaints const said;
   refiner_factory::Options options(OpenSubdiv::Sdc::SCHEME_CATMARK, mesh.options);

@@ -80,7 +80,7 @@ class subdivision_surface {
 
   std::string name_;
   std::vector<vec3<double>> vertices_;
-  int least_level_;
+  int least_level_ = 0;
   std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> base_;
 };
 
