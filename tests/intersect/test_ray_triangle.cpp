@@ -2,9 +2,11 @@
 #include <intersect/triangle_oracle.hpp>
 #include <intersect/triangle_rays.hpp>
 #include <patchrt/intersect/ray_triangle_watertight.hpp>
+#include <patchrt/numbers/fixed.hpp>
+#include <patchrt/numbers/half.hpp>
+#include <patchrt/numbers/interval.hpp>
+#include <patchrt/numbers/two_float.hpp>
 #include <support/catch.hpp>
-
-#include <tuple>
 
 using namespace patchrt;
 using namespace patchrt::test;
@@ -292,5 +294,47 @@ TEMPLATE_TEST_CASE("rays along edges give no NaN", "", PATCHRT_FORMS_OVER(float)
       auto const h = intersect<Form>(r, t);
       if (h.valid) REQUIRE((h.t - h.t == 0 && h.u - h.u == 0 && h.v - h.v == 0));
     }
+  }
+}
+
+TEMPLATE_TEST_CASE("coarse, doubled and interval numbers meet triangles by the same kernels", "",
+                   PATCHRT_FORMS_OVER(half), PATCHRT_FORMS_OVER(two_float<float>), PATCHRT_FORMS_OVER(interval<double>),
+                   (form_over<engine_form, fixed<std::int16_t, 8>>),
+                   (form_over<watertight_form, fixed<std::int16_t, 8>>)) {
+  using T = typename TestType::number;
+  using Form = typename TestType::form;
+  auto const vec = [](double x, double y, double z) { return vec3<T>{T(x), T(y), T(z)}; };
+  triangle<T> const t{vec(-0.5, -0.5, 0.5), vec(1, -0.5, 0.5), vec(-0.5, 1, 0.5)};
+  for (int i = -7; i <= 7; ++i)
+    for (int j = -7; j <= 7; ++j) {
+      double const x = i * 0.125 + 0.03125, y = j * 0.125 + 0.0625;  // beside the edges, all digits exact
+      ray<T> const r{vec(x, y, 2.5), vec(0, 0, -1), T(0), T(7)};
+      auto const hit = intersect<Form>(r, t);
+      bool const is_inside = x > -0.5 && y > -0.5 && x + y < 0.5;
+      CAPTURE(x, y);
+      REQUIRE(any_of(hit.valid) == is_inside);
+      REQUIRE(any_of(intersect<Form, faces::front>(r, t).valid) == is_inside);
+      REQUIRE_FALSE(any_of(intersect<Form, faces::front>(r, turned_over(t)).valid));
+      if (!is_inside) continue;
+      REQUIRE(double(hit.t) == Approx(2).epsilon(2e-3));
+      REQUIRE(double(hit.u) == Approx((x + 0.5) / 1.5).margin(2e-3));
+      REQUIRE(double(hit.v) == Approx((y + 0.5) / 1.5).margin(2e-3));
+    }
+}
+
+TEST_CASE("an interval of rays that may all hit holds the t of every one of them") {
+  using I = interval<double>;
+  triangle<double> const t{{-1, -1, 0}, {2, -1, 0.5}, {-1, 2, 1}};
+  triangle<I> const same{convert_vec<I>(t.a), convert_vec<I>(t.b), convert_vec<I>(t.c)};
+  double const width = 1e-3;
+  ray<I> const r{{I(0, width), I(0.1, 0.1 + width), I(4)}, {I(0), I(0.25, 0.25 + width), I(-1)}, I(0), I(100)};
+  auto const all = intersect<engine_form>(r, same);
+  REQUIRE(all.valid);
+  CHECK(all.t.hi - all.t.lo < 0.1);
+  for (int k = 0; k < 8; ++k) {
+    vec3<double> const o{k & 1 ? width : 0, k & 2 ? 0.1 + width : 0.1, 4}, d{0, k & 4 ? 0.25 + width : 0.25, -1};
+    auto const one = intersect<engine_form>(ray<double>{o, d, 0, 100}, t);
+    REQUIRE(one.valid);
+    CHECK((all.t.lo <= one.t && one.t <= all.t.hi && all.u.lo <= one.u && one.u <= all.u.hi));
   }
 }
