@@ -7,14 +7,21 @@
 #include <patchrt/accel/bvh.hpp>
 #include <patchrt/accel/certify_cell.hpp>
 #include <patchrt/accel/hierarchy_search.hpp>
+#include <patchrt/accel/instance.hpp>
 #include <patchrt/accel/mixed_hierarchy.hpp>
 #include <patchrt/accel/part_list.hpp>
 #include <patchrt/accel/patch_search.hpp>
 #include <patchrt/accel/refit.hpp>
 #include <patchrt/accel/sah_split.hpp>
+#include <patchrt/accel/scene.hpp>
+#include <patchrt/accel/scene_search.hpp>
+#include <patchrt/accel/scene_sphere.hpp>
+#include <patchrt/accel/scene_triangle.hpp>
 #include <patchrt/accel/separate_roots.hpp>
+#include <patchrt/accel/shape_kind.hpp>
 #include <patchrt/accel/subpatch_tree.hpp>
 #include <patchrt/accel/traverse.hpp>
+#include <patchrt/accel/wide_bvh.hpp>
 #include <patchrt/core/affine.hpp>
 #include <patchrt/core/box.hpp>
 #include <patchrt/core/config.hpp>
@@ -76,10 +83,14 @@
 #if !defined(__CUDACC__)
 #  include <patchrt/accel/build_mixed_hierarchy.hpp>
 #  include <patchrt/accel/build_sah.hpp>
+#  include <patchrt/accel/build_scene.hpp>
 #  include <patchrt/accel/build_subpatch_tree.hpp>
+#  include <patchrt/accel/build_wide_bvh.hpp>
 #  include <patchrt/accel/cull_back_faces.hpp>
 #  include <patchrt/accel/find_joins.hpp>
+#  include <patchrt/accel/group_leaves.hpp>
 #  include <patchrt/accel/subpatch_bounds.hpp>
+#  include <patchrt/accel/traverse_wide.hpp>
 #  include <patchrt/shapes/nurbs.hpp>
 #  include <patchrt/trace/all_hits.hpp>
 #endif

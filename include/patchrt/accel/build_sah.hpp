@@ -17,7 +17,8 @@ namespace patchrt {
 
 /// How finely `build_sah` looks for splits.
 struct sah_options {
-  int bins = 16;  ///< cells on each axis, 2 to 32
+  int bins = 16;      ///< cells on each axis, 2 to 32
+  bool links = true;  ///< whether to make `bvh::links`
 };
 
 namespace detail {
@@ -29,13 +30,15 @@ namespace detail {
 /// each by one call, in place. What is done depends on lengths alone, never on how many threads there are.
 template <class T, executor E> class sah_builder {
  public:
-  sah_builder(std::span<box<T> const> boxes, int bins, E const& exec) : boxes_(boxes), bins_(bins), exec_(exec) {}
+  sah_builder(std::span<box<T> const> boxes, sah_options const& options, E const& exec)
+      : boxes_(boxes), bins_(options.bins), links_(options.links), exec_(exec) {}
 
   bvh<T> build() {
     load();
     split_long_lists();
     exec_.for_each_chunk(short_.size(), 1, [this](std::size_t i, std::size_t) { build_short(short_[i]); });
     for (std::size_t i = top_.size(); i-- > 0;) fit_node(top_[i]);
+    if (!links_) return std::move(tree_);
     for (auto& l : tree_.links[0].link) l = static_cast<std::uint32_t>(tree_.nodes.size()) << 1;
     for (std::size_t i : top_) link_children(tree_.nodes.data(), tree_.links.data(), i);
     exec_.for_each_chunk(short_.size(), 1, [this](std::size_t i, std::size_t) {
@@ -66,7 +69,7 @@ template <class T, executor E> class sah_builder {
   void load() {
     std::size_t const n = boxes_.size();
     tree_.nodes.resize(2 * n - 1);
-    tree_.links.resize(2 * n - 1);
+    if (links_) tree_.links.resize(2 * n - 1);
     front_ = std::make_unique_for_overwrite<primitive[]>(n);
     exec_.for_each_chunk(n, longest_short, [this](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -230,6 +233,7 @@ template <class T, executor E> class sah_builder {
 
   std::span<box<T> const> boxes_;
   int bins_;
+  bool links_;
   E const& exec_;
   bvh<T> tree_;
   std::unique_ptr<primitive[]> front_, back_;
@@ -255,7 +259,7 @@ bvh<T> build_sah(std::span<box<T> const> boxes, sah_options const& options = {},
   if (boxes.size() > std::size_t(1) << 30)
     throw std::length_error("build_sah: " + std::to_string(boxes.size()) + " boxes, expected at most 2^30");
   if (boxes.empty()) return {};
-  return detail::sah_builder<T, E>(boxes, options.bins, exec).build();
+  return detail::sah_builder<T, E>(boxes, options, exec).build();
 }
 
 /// The same with the default options.

@@ -42,7 +42,7 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     if (!any_of(state_.active)) return state_.hit;
     if constexpr (A == accuracy::certified)
       state_.touches_from = state_.doubt_from = S(std::numeric_limits<L>::infinity());
-    unsigned const octant = common_octant();
+    unsigned const octant = common_octant(state_.direction, state_.active);  // results do not depend on it
     T nearest = convert<T>(state_.nearest);
     T entry;
     TM lanes;
@@ -109,16 +109,6 @@ template <accuracy A, class Surface, scalar T, class Sink = nearest_only> class 
     s.abs_n2 = absolute(s.n2);
     s.nearest = fma(r.t_max, s.to_search, -s.shift);
     s.search_t_min = convert<T>(fma(r.t_min, s.to_search, -s.shift)) - T(search_margin);
-  }
-
-  /// The octant of most lanes: it says in which order boxes are visited, on which results do not depend.
-  PATCHRT_INLINE unsigned common_octant() const {
-    unsigned const on = mask_bits(state_.active);
-    auto const most = [on](TM negative) {
-      return 2 * std::popcount(mask_bits(negative) & on) > std::popcount(on) ? 1u : 0u;
-    };
-    return most(state_.direction.x < T(0)) | most(state_.direction.y < T(0)) << 1 |
-           most(state_.direction.z < T(0)) << 2;
   }
 
   search_state<A, Surface, T, Sink> state_;

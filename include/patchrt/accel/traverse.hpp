@@ -5,6 +5,15 @@
 
 namespace patchrt {
 
+/// The octant of most of the lanes that are on, for `traverse`.
+template <scalar T> PATCHRT_INLINE unsigned common_octant(vec3<T> const& direction, mask_t<T> const& lanes) {
+  unsigned const on = mask_bits(lanes);
+  auto const most = [on](mask_t<T> const& negative) {
+    return 2 * std::popcount(mask_bits(negative) & on) > std::popcount(on) ? 1u : 0u;
+  };
+  return most(direction.x < T(0)) | most(direction.y < T(0)) << 1 | most(direction.z < T(0)) << 2;
+}
+
 /// Walks the tree without a stack, near child first for directions in `octant`, for a ray, a pack or anything else.
 ///
 /// `enter(bounds)` says whether to go into a node's box, and so prunes by the nearest hit so far; `leaf(primitive)` is

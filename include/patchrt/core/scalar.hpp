@@ -60,6 +60,9 @@ template <std::floating_point T> PATCHRT_INLINE void load_lanes(T const* lanes, 
 /// Lane i of the result is lane index[i] of x.
 template <std::floating_point T> PATCHRT_INLINE T permute(T x, std::int32_t const*) { return x; }
 
+/// The least of the lanes of x; unspecified where one is NaN.
+template <std::floating_point T> PATCHRT_INLINE T least_lane(T x) { return x; }
+
 /// A number with many lanes in parts that each fill a register: steps with many variables take one part at a time. What
 /// has one lane is its own part.
 template <class T> struct scalar_parts {

@@ -13,6 +13,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -277,10 +278,48 @@ template <class T, int N> PATCHRT_INLINE pack<T, N> permute(pack<T, N> const& x,
     return r;
   }
 #endif
+#if defined(__AVX2__)
+  if constexpr (sizeof(T) == 4 && pack<T, N>::parts == 1 && N == 8) {
+    pack<T, N> r;
+    r.part[0] = _mm256_permutevar8x32_ps(x.part[0], _mm256_loadu_si256(reinterpret_cast<__m256i const*>(index)));
+    return r;
+  }
+#endif
   alignas(64) T from[N], to[N];
   x.store(from);
   for (int i = 0; i < N; ++i) to[i] = from[index[i]];
   return pack<T, N>::load(to);
+}
+
+template <class T, int N> PATCHRT_INLINE T least_lane(pack<T, N> const& x) {
+#if defined(__AVX512F__)  // by halves of the register: gcc 12 warns inside its own reductions
+  if constexpr (sizeof(T) == 4 && N == 16) {
+    __m512 const a = x.part[0];
+    __m512 const b = _mm512_maskz_min_ps(0xffff, a, _mm512_maskz_shuffle_f32x4(0xffff, a, a, 0x4e));
+    __m512 const c = _mm512_maskz_min_ps(0xffff, b, _mm512_maskz_shuffle_f32x4(0xffff, b, b, 0xb1));
+    __m128 const d = _mm512_castps512_ps128(c);
+    __m128 const e = _mm_min_ps(d, _mm_movehl_ps(d, d));
+    return _mm_cvtss_f32(_mm_min_ss(e, _mm_shuffle_ps(e, e, 1)));
+  }
+#endif
+  alignas(64) T lane[N];
+  x.store(lane);
+  T least = lane[0];
+  for (int i = 1; i < N; ++i) least = lane[i] < least ? lane[i] : least;
+  return least;
+}
+
+/// The lanes of x whose bit is set, in order, to `out`, where N numbers have room: what is behind them is unspecified.
+template <class T, int N> PATCHRT_INLINE void store_some(std::uint32_t bits, pack<T, N> const& x, T* out) {
+#if defined(__AVX512VL__)
+  if constexpr (sizeof(T) == 4 && pack<T, N>::parts == 1 && N == 8) {
+    _mm256_storeu_ps(out, _mm256_maskz_compress_ps(static_cast<__mmask8>(bits), x.part[0]));
+    return;
+  }
+#endif
+  alignas(64) T lane[N];
+  x.store(lane);
+  for (; bits != 0; bits &= bits - 1) *out++ = lane[std::countr_zero(bits)];
 }
 
 template <class T, int N> struct scalar_traits<pack<T, N>> {

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// \file
+/// What a scene asks of a kind of shapes, and how the shapes of a leaf are kept.
+
+#include <patchrt/core/box.hpp>
+#include <patchrt/core/ray.hpp>
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+namespace patchrt {
+
+/// What most kinds are like.
+struct single_shapes {
+  static constexpr bool shares_lanes = false;
+  static constexpr int capacity = 1;  ///< shapes in a leaf at the most
+  /// Whether single rays cost so much more than packs that rays should stay together however far they part.
+  static constexpr bool wants_packs = false;
+};
+
+/// How a scene keeps and meets shapes of one kind. As it is here it serves every shape for which there are, in its own
+/// namespace,
+///
+///     box<N> bounds(Shape const&)               N is float or double: the number that rays come in
+///     intersect(ray<T> const&, Shape const&)    a struct with `t` and `valid` and, if it likes, `u`, `v` and `part`
+///
+/// for T = N, or for packs of N as well, then by a template over `scalar T`. `t` is the nearest in (t_min, t_max). Where there
+/// is an `intersect_any` too, rays that ask for any hit use that.
+///
+/// Kinds whose shapes are rows of numbers specialise this, so that the shapes of a leaf share the lanes of a pack.
+template <class Shape> struct shape_kind : single_shapes {
+  struct block {
+    Shape shape;
+    std::int32_t number;
+  };
+};
+
+/// The number in which a kind's kernel computes: that of its bounds.
+template <class Shape> using shape_number_t = std::remove_cvref_t<decltype(bounds(std::declval<Shape const&>()).lo.x)>;
+
+/// Up to `width` shapes, a lane each. `Record<S>` is a struct of nothing but numbers S.
+template <template <class> class Record, class number> struct lane_block {
+  static constexpr int width = 8;
+  static constexpr std::size_t fields = sizeof(Record<number>) / sizeof(number);
+
+  alignas(32) number lanes[fields][width];
+  std::int32_t numbers[width];  ///< of the shapes; -1 in the lanes behind them
+
+  /// Shape i.
+  PATCHRT_INLINE Record<number> get(int i) const {
+    struct row {
+      number field[fields];
+    } r;
+    PATCHRT_UNROLL
+    for (std::size_t k = 0; k < fields; ++k) r.field[k] = lanes[k][i];
+    return std::bit_cast<Record<number>>(r);
+  }
+  /// All shapes.
+  template <scalar P> PATCHRT_INLINE Record<P> get() const {
+    struct row {
+      P field[fields];
+    } r;
+    PATCHRT_UNROLL
+    for (std::size_t k = 0; k < fields; ++k) load_lanes(lanes[k], r.field[k]);
+    return std::bit_cast<Record<P>>(r);
+  }
+  void set(int i, Record<number> const& shape, std::int32_t number_of) {
+    struct row {
+      number field[fields];
+    };
+    row const r = std::bit_cast<row>(shape);
+    for (std::size_t k = 0; k < fields; ++k) lanes[k][i] = r.field[k];
+    numbers[i] = number_of;
+  }
+};
+
+}  // namespace patchrt
