@@ -191,12 +191,21 @@ std::vector<contender> contenders() {
           {"float", "watertight", trace<watertight_form, pack<float, 16>>, rounded<float>}};
 }
 
+/// What all rays found. Rays that are lost or invented are 3 x 3 pixels, so that one alone is seen.
 image draw(scene const& s, std::vector<nearest_hit> const& found, std::vector<nearest_hit> const& wanted, counts& n) {
   image picture(s.size);
+  std::vector<std::size_t> marked;
   for (std::size_t i = 0; i < s.rays.size(); ++i) {
     pixel const p = tiled_pixel(s.size, i);
     verdict const v = judge(s, i, found[i], wanted[i], n);
     picture(p.x, p.y) = colour(s, i, found[i], v);
+    if (v == verdict::leak || v == verdict::through || v == verdict::invented) marked.push_back(i);
+  }
+  for (std::size_t const i : marked) {
+    pixel const p = tiled_pixel(s.size, i);
+    rgb8 const mark = picture(p.x, p.y);
+    for (int y = std::max(p.y - 1, 0); y < std::min(p.y + 2, s.size.height); ++y)
+      for (int x = std::max(p.x - 1, 0); x < std::min(p.x + 2, s.size.width); ++x) picture(x, y) = mark;
   }
   return picture;
 }
