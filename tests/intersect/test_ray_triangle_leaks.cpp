@@ -7,6 +7,7 @@
 #include <support/catch.hpp>
 
 #include <algorithm>
+#include <cstdlib>
 
 using namespace patchrt;
 using namespace patchrt::test;
@@ -40,6 +41,12 @@ std::vector<T> nearest_hits(triangle_mesh<T> const& mesh, std::vector<ray<T>> co
   return nearest;
 }
 
+/// How many rays: ten times as many at night.
+std::size_t ray_count() {
+  char const* const given = std::getenv("PATCHRT_LEAK_RAYS");
+  return given ? std::size_t(std::atol(given)) : 100000;
+}
+
 template <class T> bool is_miss(T t) { return t == std::numeric_limits<T>::infinity(); }
 template <class T> std::size_t count_misses(std::vector<T> const& nearest) {
   return std::size_t(std::count_if(nearest.begin(), nearest.end(), is_miss<T>));
@@ -67,7 +74,7 @@ TEMPLATE_TEST_CASE("no ray passes through a sphere far from the origin (A)", "",
   random_triangle_rays random(seed);
   auto const mesh = sphere_mesh<T>(centre, 2, 24);
   std::vector<vec3<T>> from, to;
-  for (int k = 0; k < 100000; ++k) {
+  for (std::size_t k = 0; k < ray_count(); ++k) {
     vec3<double> const eye = k % 2 ? centre + random.direction() * random.uniform(3, 1000) : random.in_cube() * 100.;
     from.push_back(random_triangle_rays::rounded<T>(eye));
     to.push_back(random_triangle_rays::rounded<T>(centre + random.in_cube()));
@@ -83,6 +90,7 @@ TEMPLATE_TEST_CASE("no ray passes through a sphere far from the origin (A)", "",
   std::size_t missed = 0;  // those that start inside may see backs alone
   for (std::size_t k = 0; k < rays.size(); ++k) missed += k % 4 != 0 && is_miss(one_sided[k]);
   CHECK(missed == 0);
+  CHECK(count_misses(nearest_hits<moller_trumbore_form>(mesh, rays)) > 0);  // that leaks are seen
 }
 
 TEMPLATE_TEST_CASE("no ray at a vertex of a sphere passes through it (Av)", "", float, double) {
@@ -92,7 +100,7 @@ TEMPLATE_TEST_CASE("no ray at a vertex of a sphere passes through it (Av)", "", 
   random_triangle_rays random(seed);
   auto const mesh = sphere_mesh<T>({0, 0, 0}, 1, 24);
   std::vector<vec3<T>> from, to;
-  while (from.size() < 100000) {
+  while (from.size() < ray_count()) {
     auto const& vertex = mesh.vertices[std::size_t(random.pick(int(mesh.vertices.size())))];
     vec3<double> const eye = random.direction() * random.uniform(1.5, 10), at(vertex), way = eye - at;
     if (dot(at, way) < 0.3 * std::sqrt(dot(way, way))) continue;  // behind, or all but grazed
@@ -102,8 +110,8 @@ TEMPLATE_TEST_CASE("no ray at a vertex of a sphere passes through it (Av)", "", 
   auto const rays = rays_between(from, to);
   CHECK(count_leaks(nearest_hits<watertight_form>(mesh, rays)) == 0);
   CHECK(count_leaks(nearest_hits<watertight_form, faces::front>(mesh, rays)) == 0);
-  CHECK(count_leaks(nearest_hits<engine_form>(mesh, rays)) < 200);
-  CHECK(count_leaks(nearest_hits<moller_trumbore_form>(mesh, rays)) > 10000);  // that leaks are seen
+  CHECK(count_leaks(nearest_hits<engine_form>(mesh, rays)) < rays.size() / 500);
+  CHECK(count_leaks(nearest_hits<moller_trumbore_form>(mesh, rays)) > rays.size() / 10);  // that leaks are seen
 }
 
 TEMPLATE_TEST_CASE("no ray at a vertex or an edge of a bumpy sheet passes through it (B2)", "", float, double) {
@@ -114,7 +122,7 @@ TEMPLATE_TEST_CASE("no ray at a vertex or an edge of a bumpy sheet passes throug
   int const n = 16;
   auto const mesh = bumpy_sheet<T>(random, n);
   std::vector<vec3<T>> from, to, to_edges;
-  for (int k = 0; k < 100000; ++k) {
+  for (std::size_t k = 0; k < ray_count(); ++k) {
     vec3<double> const eye = random.in_cube() + vec3<double>{0.5, 0.5, random.uniform(4, 9)};
     from.push_back(random_triangle_rays::rounded<T>(eye));
     std::size_t const inner = std::size_t((1 + random.pick(n - 1)) * (n + 1) + 1 + random.pick(n - 1));
@@ -128,6 +136,6 @@ TEMPLATE_TEST_CASE("no ray at a vertex or an edge of a bumpy sheet passes throug
   CHECK(count_misses(nearest_hits<watertight_form>(mesh, at_vertices)) == 0);
   CHECK(count_misses(nearest_hits<watertight_form>(mesh, at_edges)) == 0);
   CHECK(count_misses(nearest_hits<watertight_form, faces::front>(mesh, at_edges)) == 0);
-  CHECK(count_misses(nearest_hits<engine_form>(mesh, at_vertices)) < 20);
-  CHECK(count_misses(nearest_hits<engine_form>(mesh, at_edges)) > 100);  // that leaks are seen
+  CHECK(count_misses(nearest_hits<engine_form>(mesh, at_vertices)) < ray_count() / 5000);
+  CHECK(count_misses(nearest_hits<engine_form>(mesh, at_edges)) > ray_count() / 1000);  // that leaks are seen
 }
