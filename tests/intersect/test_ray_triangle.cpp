@@ -13,10 +13,6 @@ using namespace patchrt::test;
 
 namespace {
 
-template <class F, class N> struct form_over {
-  using form = F;
-  using number = N;
-};
 #define PATCHRT_FORMS_OVER(T) \
   (form_over<engine_form, T>), (form_over<moller_trumbore_form, T>), (form_over<watertight_form, T>)
 

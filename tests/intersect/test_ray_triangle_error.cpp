@@ -9,11 +9,6 @@ using namespace patchrt::test;
 
 namespace {
 
-template <class F, class N> struct form_over {
-  using form = F;
-  using number = N;
-};
-
 struct error_count {
   int hits = 0, beyond = 0, unbounded = 0;
   double most_used = 0;   ///< error over bound

@@ -11,11 +11,6 @@ using namespace patchrt::test;
 
 namespace {
 
-template <class F, class P> struct form_in {
-  using form = F;
-  using numbers = P;
-};
-
 /// Whether two numbers are the same bits, or both NaN.
 template <class T> bool same(T a, T b) { return std::memcmp(&a, &b, sizeof a) == 0 || (a != a && b != b); }
 
@@ -60,12 +55,12 @@ template <class Form, class P> struct agreement {
 }  // namespace
 
 TEMPLATE_TEST_CASE("every lane gives the bits of one ray and one triangle, whichever of them the lanes share", "",
-                   (form_in<engine_form, pack<float, 4>>), (form_in<engine_form, pack<float, 8>>),
-                   (form_in<engine_form, pack<float, 16>>), (form_in<engine_form, pack<double, 8>>),
-                   (form_in<moller_trumbore_form, pack<float, 16>>), (form_in<moller_trumbore_form, pack<double, 4>>),
-                   (form_in<watertight_form, pack<float, 4>>), (form_in<watertight_form, pack<float, 16>>),
-                   (form_in<watertight_form, pack<double, 8>>)) {
-  using P = typename TestType::numbers;
+                   (form_over<engine_form, pack<float, 4>>), (form_over<engine_form, pack<float, 8>>),
+                   (form_over<engine_form, pack<float, 16>>), (form_over<engine_form, pack<double, 8>>),
+                   (form_over<moller_trumbore_form, pack<float, 16>>),
+                   (form_over<moller_trumbore_form, pack<double, 4>>), (form_over<watertight_form, pack<float, 4>>),
+                   (form_over<watertight_form, pack<float, 16>>), (form_over<watertight_form, pack<double, 8>>)) {
+  using P = typename TestType::number;
   using Form = typename TestType::form;
   using T = lane_t<P>;
   unsigned const seed = 40301u;

@@ -14,11 +14,6 @@ using namespace patchrt::test;
 
 namespace {
 
-template <class F, class N> struct form_over {
-  using form = F;
-  using number = N;
-};
-
 constexpr double inf = std::numeric_limits<double>::infinity();
 
 /// Triangles whose coordinates are each of any size from 1e-8 to 1e8, and ones of one size beside 0 or far from it.

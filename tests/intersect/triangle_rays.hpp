@@ -17,6 +17,12 @@
 
 namespace patchrt::test {
 
+/// A form and the numbers it is tested in: the parameter of tests that hold for all.
+template <class F, class N> struct form_over {
+  using form = F;
+  using number = N;
+};
+
 class random_triangle_rays {
  public:
   explicit random_triangle_rays(unsigned seed) : random_(seed) {}
