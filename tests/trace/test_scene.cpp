@@ -44,6 +44,14 @@ disc_hit intersect(ray<double> const& r, disc const& d) {
   return {t, r.t_min < t && t < r.t_max && square <= d.radius * d.radius};
 }
 
+/// Whose t is too small by what differs from disc to disc.
+struct hasty_disc : disc {};
+disc_hit intersect(ray<double> const& r, hasty_disc const& d) {
+  disc_hit h = intersect(r, static_cast<disc const&>(d));
+  h.t -= 0.1 * (1 + std::sin(1000 * d.centre.x));
+  return h;
+}
+
 }  // namespace user
 
 namespace {
@@ -250,6 +258,23 @@ TEMPLATE_TEST_CASE("hits are the same bits in every order of rays, in packs and 
   trace::closest_hits(view, std::span<ray<R> const>(rays), std::span(threads), openmp(3));
   CHECK(differences(hits, threads) == 0);
 #endif
+}
+
+TEST_CASE("hits are the same bits where shapes say that they are nearer than their boxes") {
+  unsigned const seed = GENERATE(14u, 15u);
+  CAPTURE(seed);
+  std::vector<user::hasty_disc> discs;
+  for (auto const& d : shapes<float>(seed, 400).discs) discs.push_back({{d.centre, 3 * d.radius, d.axis}});
+  auto const built = build_scene(discs);
+  std::vector<ray<float>> const rays = some_rays<float>(seed, 2000, {0, 0, 0});
+  auto const hits = closest<float>(built, rays);
+  std::vector<scene_hit<float>> one(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    auto const h = intersect<false, float>(built.view(), rays[i], true);
+    if (h.valid) one[i] = {h.t, h.u, h.v, std::bit_cast<std::int32_t>(h.shape_bits), -1};
+  }
+  REQUIRE(std::count_if(hits.begin(), hits.end(), [](auto const& h) { return h.valid(); }) > 1000);
+  REQUIRE(differences(hits, one) == 0);
 }
 
 TEMPLATE_TEST_CASE("any hit is found for just the rays that have a closest one", "", float, double) {
