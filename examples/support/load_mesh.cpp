@@ -109,9 +109,8 @@ loaded_mesh load_mesh(std::filesystem::path const& file) { return triangulate(lo
 std::string describe_skipped(loaded_mesh const& m) {
   std::string said;
   if (m.skipped_faces > 0)
-    said = std::to_string(m.skipped_faces) +
-           " faces of fewer than three different vertices skipped, the first in line " +
-           std::to_string(m.first_skipped_line);
+    said = "faces of fewer than three different vertices: " + std::to_string(m.skipped_faces) +
+           " skipped, the first in line " + std::to_string(m.first_skipped_line);
   if (!said.empty() && !m.ignored.empty()) said += "; ";
   return said + m.ignored;
 }

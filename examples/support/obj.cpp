@@ -201,9 +201,8 @@ obj_model load_obj(std::filesystem::path const& file) {
 
 std::string describe_ignored(obj_model const& model) {
   if (model.other_statements == 0) return {};
-  return std::to_string(model.other_statements) +
-         " statements that are neither vertices nor faces ignored, the first in line " +
-         std::to_string(model.first_other_line);
+  return "statements that are neither vertices nor faces: " + std::to_string(model.other_statements) +
+         " ignored, the first in line " + std::to_string(model.first_other_line);
 }
 
 }  // namespace patchrt::examples

@@ -58,7 +58,7 @@ obj_model parse_obj(std::string_view text, std::string_view name);
 /// \throws std::runtime_error as `parse_obj`, or "FILE: ..." for what cannot be read.
 obj_model load_obj(std::filesystem::path const& file);
 
-/// "N statements that are neither vertices nor faces ignored, the first in line L"; empty where there are none.
+/// "statements that are neither vertices nor faces: N ignored, the first in line L"; empty where there are none.
 std::string describe_ignored(obj_model const& model);
 
 }  // namespace patchrt::examples

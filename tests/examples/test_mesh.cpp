@@ -185,7 +185,7 @@ TEST_CASE("faces of fewer than three different vertices are skipped, counted and
   CHECK(m.triangles == std::vector<triangle>{{0, 1, 2}, {1, 2, 3}, {0, 1, 2}});
   CHECK(m.skipped_faces == 5);
   CHECK(m.first_skipped_line == 6);
-  CHECK(describe_skipped(m) == "5 faces of fewer than three different vertices skipped, the first in line 6");
+  CHECK(describe_skipped(m) == "faces of fewer than three different vertices: 5 skipped, the first in line 6");
   CHECK(describe_skipped(mesh_of(square + "f 1 2 3\n")).empty());
 }
 
@@ -193,8 +193,8 @@ TEST_CASE("statements that are neither vertices nor faces are ignored, counted a
   auto const m = mesh_of(square + "l 1 2\np 3\nsurf 0 1 0 1 1 2 3\nfoo\nf 1 2 3\nf 1 1\n");
   CHECK(m.triangles.size() == 1);
   CHECK(describe_skipped(m) ==
-        "1 faces of fewer than three different vertices skipped, the first in line 10; "
-        "4 statements that are neither vertices nor faces ignored, the first in line 5");
+        "faces of fewer than three different vertices: 1 skipped, the first in line 10; "
+        "statements that are neither vertices nor faces: 4 ignored, the first in line 5");
 }
 
 TEST_CASE("tags are read with their integers, reals and words") {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The programs as users run them: command lines in, files, messages and exit statuses out.
-#include <examples/temporary_folder.hpp>
+#include <examples/run_command.hpp>
 #include <support/catch.hpp>
 #include <support/data.hpp>
 #include <support/model.hpp>
@@ -8,15 +8,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include <sys/wait.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -25,30 +22,13 @@
 
 using namespace patchrt;
 using examples::hit_record;
+using test::contents;
+using test::run;
 
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-std::string contents(std::filesystem::path const& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
-struct outcome {
-  int status;  ///< the exit status; -1 where a signal ended the program
-  std::string out, err;
-};
-
-/// Runs a command line of the shell in `folder`; $teapot is the project's teapot.
-outcome run(test::temporary_folder const& folder, std::string const& command) {
-  std::string const shell = "cd '" + (folder / "").string() + "' && teapot='" +
-                            test::project_data("teapot.bpt").string() + "' && { " + command +
-                            "; } >out 2>err </dev/null";
-  int const status = std::system(shell.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents(folder / "out"), contents(folder / "err")};
-}
 
 std::string const render = "'" PATCHRT_RENDER "' ";
 std::string const query = "'" PATCHRT_QUERY "' ";
