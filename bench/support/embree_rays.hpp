@@ -47,7 +47,8 @@ template <class F> F const& lane(F const& field, int) { return field; }
 template <class F, std::size_t K> F const& lane(F const (&field)[K], int i) { return field[i]; }
 }  // namespace detail
 
-/// A list of rays in packets of N, as Embree reads them, for nearest hits or for any.
+/// A list of rays in packets of N, as Embree reads them, for nearest hits or for any. A `Scene` has `handle()` and
+/// `interpret()`, as `embree_scene` has.
 /// \pre t_max of every ray is infinite.
 template <int N> class embree_rays {
  public:
@@ -59,7 +60,7 @@ template <int N> class embree_rays {
   }
 
   /// Hits into the packets, which are as they were built but for t_max and the hits of the last call, set here anew.
-  void trace_prepared(embree_scene const& scene, RTCIntersectContextFlags flags) {
+  template <class Scene> void trace_prepared(Scene const& scene, RTCIntersectContextFlags flags) {
     flushed_denormals const flushed;
     RTCIntersectContext context = make_context(flags);
     alignas(64) int valid[16];
@@ -77,7 +78,8 @@ template <int N> class embree_rays {
 
   /// The same from the list of double rays and to a list of answers: packets are filled and read out as they are
   /// traced.
-  void trace_filled(embree_scene const& scene, RTCIntersectContextFlags flags, std::span<answer> answers) const {
+  template <class Scene>
+  void trace_filled(Scene const& scene, RTCIntersectContextFlags flags, std::span<answer> answers) const {
     flushed_denormals const flushed;
     RTCIntersectContext context = make_context(flags);
     alignas(64) int valid[16];
@@ -92,7 +94,7 @@ template <int N> class embree_rays {
   }
 
   /// The hits that the last `trace_prepared` left.
-  std::vector<answer> answers(embree_scene const& scene) const {
+  template <class Scene> std::vector<answer> answers(Scene const& scene) const {
     std::vector<answer> all;
     all.reserve(rays_.size());
     for (std::size_t k = 0; k < packets_.size(); ++k)
@@ -108,7 +110,8 @@ template <int N> class embree_rays {
     return context;
   }
 
-  void call(embree_scene const& scene, RTCIntersectContext& context, packet& p, int const* valid) const {
+  template <class Scene>
+  void call(Scene const& scene, RTCIntersectContext& context, packet& p, int const* valid) const {
     if (what_ == query::nearest) embree_packet<N>::intersect(scene.handle(), &context, p, valid);
     else embree_packet<N>::occluded(scene.handle(), &context, p, valid);
   }
@@ -137,7 +140,7 @@ template <int N> class embree_rays {
     }
   }
 
-  answer read(embree_scene const& scene, packet const& p, int i) const {
+  template <class Scene> answer read(Scene const& scene, packet const& p, int i) const {
     using detail::lane;
     if (what_ == query::any) return lane(p.ray.tfar, i) < 0 ? answer{0, 0, 0, 0} : miss();
     if (lane(p.hit.geomID, i) == RTC_INVALID_GEOMETRY_ID) return miss();

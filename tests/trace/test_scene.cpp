@@ -231,7 +231,7 @@ TEMPLATE_TEST_CASE("hits are the same bits in every order of rays, in packs and 
   CHECK(differences(hits, back) == 0);
 
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    trace::detail::trace_one<false>(view, rays[i], alone[i]);
+    alone[i] = trace::closest_hit(view, rays[i]);
     auto const h = intersect<false, float>(view, rays[i], true);
     if (h.valid)
       one[i] = {h.t, h.u, h.v, std::bit_cast<std::int32_t>(h.shape_bits), std::bit_cast<std::int32_t>(h.part_bits)};

@@ -148,6 +148,19 @@ void closest_hits(scene_view<Shapes...> const& scene, std::span<ray<double> cons
   detail::scene_list<false>(scene, rays, hits, exec);
 }
 
+/// The same of one ray.
+template <class... Shapes, class R> scene_hit<R> closest_hit(scene_view<Shapes...> const& scene, ray<R> const& r) {
+  scene_hit<R> hit;
+  detail::trace_one<false>(scene, r, hit);
+  return hit;
+}
+/// And some hit of one ray.
+template <class... Shapes, class R> scene_hit<R> any_hit(scene_view<Shapes...> const& scene, ray<R> const& r) {
+  scene_hit<R> hit;
+  detail::trace_one<true>(scene, r, hit);
+  return hit;
+}
+
 /// Some hit of every ray that has one in (t_min, t_max), found sooner: what shadow rays ask.
 ///
 /// Which rays hit does not depend on executor, threads or order; which of its hits a ray reports does.
