@@ -84,7 +84,7 @@ PATCHRT_INLINE bool traverse_wide(wide_bvh_view const& tree, watertight_slab_ray
         else return permute(x, order);
       };
       P const from = in_order(span.entry);
-      unsigned const met = mask_bits(from <= in_order(span.exit));
+      unsigned const met = at_most_bits(from, in_order(span.exit));
       if (met != 0) {
         int const last = std::bit_width(met) - 1;
         current = n.child[AnyHit ? unsigned(last) : unsigned(7 - last) ^ octant];
@@ -173,7 +173,7 @@ PATCHRT_INLINE void traverse_wide_bundle(wide_bvh_view const& tree, watertight_s
     wide_node const& n = tree.nodes[current];
     auto const span = bundle.intersect(planes.load<P>(n, planes.near), planes.load<P>(n, planes.far), P(farthest));
     P const from = permute(span.entry, order);
-    unsigned const met = mask_bits(from <= permute(span.exit, order));
+    unsigned const met = at_most_bits(from, permute(span.exit, order));
     store_some(met, from, entries + count);
     store_some(met, slots, waiting + count);
     for (int end = count + std::popcount(met); count < end; ++count) parents[count] = current;

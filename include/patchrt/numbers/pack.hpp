@@ -309,6 +309,15 @@ template <class T, int N> PATCHRT_INLINE T least_lane(pack<T, N> const& x) {
   return least;
 }
 
+/// The lanes in which a <= b, a bit each: `mask_bits(a <= b)` on a shorter way.
+template <class T, int N> PATCHRT_INLINE std::uint32_t at_most_bits(pack<T, N> const& a, pack<T, N> const& b) {
+#if defined(__AVX512VL__)
+  if constexpr (sizeof(T) == 4 && pack<T, N>::parts == 1 && N == 8)
+    return _mm256_cmp_ps_mask(a.part[0], b.part[0], _CMP_LE_OQ);
+#endif
+  return (a <= b).bits();
+}
+
 /// The lanes of x whose bit is set, in order, to `out`, where N numbers have room: what is behind them is unspecified.
 template <class T, int N> PATCHRT_INLINE void store_some(std::uint32_t bits, pack<T, N> const& x, T* out) {
 #if defined(__AVX512VL__)

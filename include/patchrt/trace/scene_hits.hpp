@@ -69,19 +69,18 @@ void trace_pack(scene_view<Shapes...> const& scene, ray<R> const* rays, scene_hi
   static constexpr std::array<scene_hit<R>, N> misses{};
   std::memcpy(hits, misses.data(), sizeof misses);
   ray<pack<R, N>> const pack_of_rays{{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[6], r[7]};
-  patchrt::detail::scene_search<AnyHit, T, pack<R, N>, void, Shapes...> search(scene, pack_of_rays, M::from_bits(on));
-  auto const span = patchrt::intersect(search.slabs(), scene.bounds, search.t_min(), search.nearest());
-  M const lanes = search.active() && span.entry <= span.exit;
-  on = lanes.bits();
-  if (on == 0) return;
   if (!wants_packs<Shapes...> &&
-      !keeps_together(pack_of_rays, convert<mask_t<pack<R, N>>>(lanes), std::countr_zero(on), scene.reach)) {
-    for (std::uint32_t left = on; left != 0; left &= left - 1) {
-      int const i = std::countr_zero(left);
+      !keeps_together(pack_of_rays, mask_t<pack<R, N>>::from_bits(on), std::countr_zero(on), scene.reach)) {
+    for (; on != 0; on &= on - 1) {
+      int const i = std::countr_zero(on);
       trace_one<AnyHit>(scene, rays[i], hits[i]);
     }
     return;
   }
+  patchrt::detail::scene_search<AnyHit, T, pack<R, N>, void, Shapes...> search(scene, pack_of_rays, M::from_bits(on));
+  auto const span = patchrt::intersect(search.slabs(), scene.bounds, search.t_min(), search.nearest());
+  on = (search.active() && span.entry <= span.exit).bits();
+  if (on == 0) return;
   auto const& inverse = search.slabs().inverse;
   std::uint32_t const negative[3] = {(inverse.x < T(0)).bits(), (inverse.y < T(0)).bits(), (inverse.z < T(0)).bits()};
   for (std::uint32_t left = on; left != 0;) {
