@@ -125,7 +125,8 @@ TEST_CASE("boxes of clipped quadrics hold all their points, and each side has po
       for (vec3<double> const& x : points_on_line(s, p, d)) {
         vec3<double> const y = transform_point(place, x);
         for (int k = 0; k < 3; ++k) {
-          outside += !(b.lo[k] <= y[k] && y[k] <= b.hi[k]);
+          // the points themselves are right to about 1e-14
+          outside += !(b.lo[k] - 1e-12 <= y[k] && y[k] <= b.hi[k] + 1e-12);
           for (int side = 0; side < 2; ++side) {
             double const v = side ? y[k] : -y[k];
             if (v > value[2 * k + side]) value[2 * k + side] = v, best[2 * k + side] = x;
@@ -133,14 +134,22 @@ TEST_CASE("boxes of clipped quadrics hold all their points, and each side has po
         }
       }
     };
-    for (int k = 0; k < 3000; ++k) look(g.vector(-2, 2), g.vector(-1, 1));
+    // In faces and along edges too, where open surfaces may end in a corner.
+    auto const look_near = [&](vec3<double> p, double radius) {
+      vec3<double> d = g.vector(-1, 1);
+      p = sum(p, scale(g.vector(-1, 1), radius));
+      for (std::size_t flat = g.below(3); flat > 0; --flat) {
+        int const k = int(g.below(3));
+        double const side = g.below(2) ? s.clip.lo[k] : s.clip.hi[k];
+        if (std::isfinite(side)) p[k] = side, d[k] = 0;
+      }
+      look(p, d);
+    };
+    for (int k = 0; k < 3000; ++k) look_near({0, 0, 0}, 2);
     for (int end = 0; end < 6; ++end) {
       if (value[end] == -inf) continue;
       for (double radius = 0.3; radius > 1e-3; radius *= 0.6) {
-        for (int k = 0; k < 200; ++k) {
-          vec3<double> const near = sum(best[end], scale(g.vector(-1, 1), radius));
-          look(near, g.vector(-1, 1));
-        }
+        for (int k = 0; k < 60; ++k) look_near(best[end], radius);
       }
     }
     for (int k = 0; k < 3; ++k) {

@@ -50,12 +50,17 @@ template <scalar T> struct faced_span {
   T entry_face, exit_face;
 };
 
+/// Whether a box ends along an axis, or has a NaN there.
+template <scalar T, class B> PATCHRT_INLINE mask_t<T> is_bounded(B lo, B hi) {
+  T const most(std::numeric_limits<lane_t<T>>::max());
+  return !(T(lo) < -most && most < T(hi));
+}
+
 /// Clips by the two planes of one axis, `code` that of the upper one's face. Where the direction is zero and the ray lies in
 /// a plane, that is at 0 * inf = NaN, and not heeded: the ray meets the box.
 template <scalar T, class B>
 PATCHRT_INLINE void clip_face(faced_span<T>& f, T origin, T direction, B lo, B hi, lane_t<T> code) {
-  constexpr lane_t<T> most = std::numeric_limits<lane_t<T>>::max();
-  if (!any_of(T(-most) <= T(lo) || T(hi) <= T(most))) return;
+  if (!any_of(is_bounded<T>(lo, hi))) return;
   T const inverse = T(1) / direction, lo_face(-code), hi_face(code);
   auto const backward = inverse < T(0);
   T const near = (select(backward, T(hi), T(lo)) - origin) * inverse;
@@ -68,8 +73,8 @@ PATCHRT_INLINE void clip_face(faced_span<T>& f, T origin, T direction, B lo, B h
 
 template <scalar T, class B> PATCHRT_INLINE faced_span<T> span_in_clip(object_ray<T> const& o, box<B> const& b) {
   using L = lane_t<T>;
-  constexpr L inf = std::numeric_limits<L>::infinity();
-  faced_span<T> f{{T(-inf), T(inf)}, T(0), T(0)};
+  T const inf(std::numeric_limits<L>::infinity());
+  faced_span<T> f{{-inf, inf}, T(0), T(0)};
   clip_face(f, o.origin.x, o.direction.x, b.lo.x, b.hi.x, L(1));
   clip_face(f, o.origin.y, o.direction.y, b.lo.y, b.hi.y, L(2));
   clip_face(f, o.origin.z, o.direction.z, b.lo.z, b.hi.z, L(3));
@@ -81,11 +86,14 @@ template <scalar T, class B> PATCHRT_INLINE mask_t<T> is_ordered(box<B> const& b
   return T(b.lo.x) <= T(b.hi.x) && T(b.lo.y) <= T(b.hi.y) && T(b.lo.z) <= T(b.hi.z);
 }
 
-/// Whether the ray's point at t is in the box.
-template <scalar T, class B> PATCHRT_INLINE mask_t<T> is_in_clip(object_ray<T> const& o, box<B> const& b, T t) {
-  vec3<T> const p = fma(t, o.direction, o.origin);
-  return T(b.lo.x) <= p.x && p.x <= T(b.hi.x) && T(b.lo.y) <= p.y && p.y <= T(b.hi.y) && T(b.lo.z) <= p.z &&
-         p.z <= T(b.hi.z);
+/// Leaves of `valid0` and `valid1` those whose points at t0 and t1 are between two planes.
+template <scalar T, class B>
+PATCHRT_INLINE void clip_roots(T origin, T direction, B lo, B hi, quadratic_roots<T> const& root, mask_t<T>& valid0,
+                               mask_t<T>& valid1) {
+  if (!any_of(is_bounded<T>(lo, hi))) return;
+  T const x0 = fma(root.t0, direction, origin), x1 = fma(root.t1, direction, origin);
+  valid0 = valid0 && T(lo) <= x0 && x0 <= T(hi);
+  valid1 = valid1 && T(lo) <= x1 && x1 <= T(hi);
 }
 
 }  // namespace detail
@@ -116,8 +124,9 @@ PATCHRT_INLINE quadric_crossings<T> crossings(centred_ray<T> const& r, clipped_q
   mask_t<T> valid0 = root.real && open, valid1 = valid0, entry = capped, exit = capped;
   detail::faced_span<T> f{{zero, zero}, zero, zero};
   if (any_of(open)) {
-    valid0 = valid0 && detail::is_in_clip(o, s.clip, root.t0);
-    valid1 = valid1 && detail::is_in_clip(o, s.clip, root.t1);
+    detail::clip_roots(o.origin.x, o.direction.x, s.clip.lo.x, s.clip.hi.x, root, valid0, valid1);
+    detail::clip_roots(o.origin.y, o.direction.y, s.clip.lo.y, s.clip.hi.y, root, valid0, valid1);
+    detail::clip_roots(o.origin.z, o.direction.z, s.clip.lo.z, s.clip.hi.z, root, valid0, valid1);
   }
   if (any_of(capped)) {
     f = detail::span_in_clip(o, s.clip);
@@ -147,6 +156,7 @@ template <scalar T> PATCHRT_INLINE quadric_hit<T> nearest(quadric_crossings<T> c
   r.valid = c.hit[3].valid && t_min < r.t && r.t < t_max;
   for (int k = 2; k >= 0; --k) {
     quadric_hit<T> const& h = c.hit[k];
+    if (k == 0 && !any_of(h.valid)) continue;  // open surfaces
     auto const counts = h.valid && t_min < h.t && h.t < t_max;
     r.t = select(counts, h.t, r.t);
     r.local = select(counts, h.local, r.local);
