@@ -69,9 +69,12 @@ std::vector<triangle<double>> triangles_of(std::vector<bicubic_patch<double>> co
   return all;
 }
 
+/// Out of line: g++ 12's vectoriser drops some of the roundings of double to float and back that it sees together.
+template <class T> PATCHRT_OUTLINE vec3<T> rounded(vec3<double> const& v) { return convert_vec<T>(v); }
+
 /// Numbers as T holds them.
 template <class T> scene rounded(scene s) {
-  auto const round = [](vec3<double>& v) { v = convert_vec<double>(convert_vec<T>(v)); };
+  auto const round = [](vec3<double>& v) { v = convert_vec<double>(rounded<T>(v)); };
   for (auto& t : s.triangles) round(t.a), round(t.b), round(t.c);
   for (auto& r : s.rays) round(r.origin), round(r.direction);
   return s;
