@@ -201,7 +201,7 @@ class quadric_extremes {
 /// The box of a clipped quadric in space: exact but for rounding, of a few eps of its sides and place, for surfaces of any
 /// kind under any map; infinite where the surface goes on for ever. Empty where `clip` holds nothing of it.
 /// \throws std::invalid_argument where `rows` are singular or not finite.
-template <std::floating_point T> box<double> bounds(clipped_quadric<T> const& surface) {
+template <std::floating_point T> box<T> bounds(clipped_quadric<T> const& surface) {
   auto const s = convert_quadric<double>(surface);
   affine<double> const place = to_world(s);
   vec3<double> const normal = cross(place.y, place.z);
@@ -233,10 +233,10 @@ template <std::floating_point T> box<double> bounds(clipped_quadric<T> const& su
   detail::quadric_extremes const far =
       is_finite ? near : detail::quadric_extremes(q, limited(0x1p26 * size), s.capped, along);
 
-  box<double> r;
+  box<T> r;
   for (int k = 0; k < 3; ++k) {
     auto const &n = near[k], &f = far[k];
-    if (!(f.lo <= f.hi)) return box<double>::empty();
+    if (!(f.lo <= f.hi)) return box<T>::empty();
     long double const below = std::fmax(n.lo - f.lo, 0.L), above = std::fmax(f.hi - n.hi, 0.L);
     long double const scale = size * sum_of_magnitudes(along[k]);
     auto const grows = [&](long double by, long double from) { return by > 1e-3L * std::fmax(std::fabs(from), scale); };
@@ -244,9 +244,10 @@ template <std::floating_point T> box<double> bounds(clipped_quadric<T> const& su
     auto const padding = [&](long double by) {
       return 2 * by + slack * (std::fabs(static_cast<long double>(s.centre[k])) + f.reach);
     };
-    constexpr double inf = std::numeric_limits<double>::infinity();
-    r.lo[k] = grows(below, n.lo) ? -inf : static_cast<double>(s.centre[k] + f.lo - padding(below));
-    r.hi[k] = grows(above, n.hi) ? inf : static_cast<double>(s.centre[k] + f.hi + padding(above));
+    constexpr T inf = std::numeric_limits<T>::infinity();
+    long double const lo = s.centre[k] + f.lo - padding(below), hi = s.centre[k] + f.hi + padding(above);
+    r.lo[k] = grows(below, n.lo) ? -inf : std::nextafter(static_cast<T>(lo), -inf);
+    r.hi[k] = grows(above, n.hi) ? inf : std::nextafter(static_cast<T>(hi), inf);
   }
   return r;
 }
