@@ -69,12 +69,12 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     (prepare<Shapes>(), ...);
   }
 
-  M const& active() const { return active_; }
-  watertight_slab_ray<T> const& slabs() const { return slabs_; }
-  T const& t_min() const { return t_min_; }
+  PATCHRT_INLINE M const& active() const { return active_; }
+  PATCHRT_INLINE watertight_slab_ray<T> const& slabs() const { return slabs_; }
+  PATCHRT_INLINE T const& t_min() const { return t_min_; }
   /// Beyond which boxes hold nothing that counts.
-  T const& nearest() const { return nearest_; }
-  lane_scene_hit<R, T> const& hit() const { return hit_; }
+  PATCHRT_INLINE T const& nearest() const { return nearest_; }
+  PATCHRT_INLINE lane_scene_hit<R, T> const& hit() const { return hit_; }
 
   /// Meets the shapes of a leaf with those lanes that are in its box; `entry` is where.
   /// \return the lanes that go on.
