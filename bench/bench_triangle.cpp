@@ -2,13 +2,14 @@
 /// \file
 /// The crossbar of the ray engine: every ray against every triangle, the nearest hit kept, by each form.
 ///
-/// `rays<form, faces, T>`: the rays of a pack meet one triangle at a time. `triangles<...>`: a ray meets as many triangles as T
-/// has lanes. A `mixed` order puts rays into packs that do not go the same way.
+/// `rays<form, faces, T>`: the rays of a pack meet one triangle at a time. `triangles<...>`: a ray meets as many
+/// triangles as T has lanes. A `mixed` order puts rays into packs that do not go the same way.
 ///
-/// Counters: `ns_a_test`, a test being one ray and one triangle; `flops_a_test`, counted by running the form on `counted`: what
-/// all lanes of a pack compute, that is without the plane where no lane is between the edges; `GFLOPS` = the two together;
-/// `of_peak` = GFLOPS over the measured peak of the register that the lanes fill; `wrong`, rays that hit and should miss or miss
-/// and should hit; `t_error`, the largest relative error of t, both against the watertight form in double.
+/// Counters: `ns_a_test`, a test being one ray and one triangle; `flops_a_test`, counted by running the form on
+/// `counted`: what all lanes of a pack compute, that is without the plane where no lane is between the edges; `GFLOPS`
+/// = the two together; `of_peak` = GFLOPS over the measured peak of the register that the lanes fill; `wrong`, rays
+/// that hit and should miss or miss and should hit; `t_error`, the largest relative error of t, both against the
+/// watertight form in double.
 ///
 /// Workload: 1024 triangles of a bumpy sheet, 64 x 64 rays of a pinhole above it, four fifths of which hit.
 

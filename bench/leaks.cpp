@@ -2,8 +2,8 @@
 /// \file
 /// The leaky teapot: rays that should meet a tessellated model and do not, by the numbers that triangles are met in.
 ///
-/// Every ray is tested against every triangle. Vertices and rays are rounded to the number type; what they should meet is
-/// told by the watertight form in double on the same rounded numbers, so that only the kernel's own rounding counts.
+/// Every ray is tested against every triangle. Vertices and rays are rounded to the number type; what they should meet
+/// is told by the watertight form in double on the same rounded numbers, so that only the kernel's own rounding counts.
 /// \note Carr, Hall & Hart, "The Ray Engine", Graphics Hardware 2002, figure 4.
 
 #include "support/tessellation.hpp"
@@ -80,8 +80,8 @@ template <class T> scene rounded(scene s) {
   return s;
 }
 
-/// The engine form with normals of length 1, from double: in coarse numbers the product of two edges of a small triangle
-/// has few digits left.
+/// The engine form with normals of length 1, from double: in coarse numbers the product of two edges of a small
+/// triangle has few digits left.
 struct unit_normal_form : engine_form {
   template <scalar S> static prepared<S> prepare(triangle<S> const& t) {
     auto const p = engine_form::prepare(

@@ -5,9 +5,9 @@
 /// A ray and a triangle, by forms that a scene takes as a template argument.
 ///
 /// A form has `prepared<S>`, what is kept of a triangle, from `prepare(triangle<S>)`; `ray_constants<R>`, what is kept
-/// of a ray, from `make_ray(origin, direction)`; `meet`, which decides without a division; and `position_error`. Many rays
-/// meet one triangle (R = T, S = lane_t<T>), one ray meets a triangle a lane (R = lane_t<T>, S = T), or each lane has its
-/// own of both. `intersect` divides.
+/// of a ray, from `make_ray(origin, direction)`; `meet`, which decides without a division; and `position_error`. Many
+/// rays meet one triangle (R = T, S = lane_t<T>), one ray meets a triangle a lane (R = lane_t<T>, S = T), or each lane
+/// has its own of both. `intersect` divides.
 
 #include <patchrt/core/ray.hpp>
 #include <patchrt/intersect/ray_box.hpp>
@@ -29,8 +29,8 @@ template <scalar T> struct triangle_hit {
   mask_t<T> valid;
 };
 
-/// The same before any division: t = distance / scale, and u, v, w, not negative, are in the ratio of the weights of b, c
-/// and a.
+/// The same before any division: t = distance / scale, and u, v, w, not negative, are in the ratio of the weights of b,
+/// c and a.
 template <scalar T> struct triangle_crossing {
   T distance;
   T scale;  ///< above 0
@@ -59,9 +59,9 @@ template <scalar T> struct plane_crossing {
 
 /// The lanes whose weights are of one sign and whose t is in its range; `plane()` is asked for where any weights are.
 ///
-/// All signs are those of the front: where the back is met, all numbers change theirs. fma(t_min, scale, -distance) is a
-/// single rounding, which keeps the sign. Where scale is 0 or less, t_min < t < t_max cannot hold: no such lane is valid.
-/// Nor is one whose ray goes along the triangle so that all weights are 0.
+/// All signs are those of the front: where the back is met, all numbers change theirs. fma(t_min, scale, -distance) is
+/// a single rounding, which keeps the sign. Where scale is 0 or less, t_min < t < t_max cannot hold: no such lane is
+/// valid. Nor is one whose ray goes along the triangle so that all weights are 0.
 template <faces F, scalar T, class Plane>
 PATCHRT_INLINE triangle_crossing<T> cross_in_range(T u, T v, T w, T t_min, T t_max, Plane const& plane) {
   T const zero(lane_t<T>(0));
@@ -100,8 +100,8 @@ template <scalar T> PATCHRT_INLINE triangle_hit<T> normalised(triangle_crossing<
 }
 
 /// Where a ray meets a triangle at t_min < t < t_max. Edges and vertices count as inside.
-/// \return A triangle without an area, and whatever has a NaN or an infinite vertex, is missed. How wrong t may be is for
-///         `Form::position_error` to say.
+/// \return A triangle without an area, and whatever has a NaN or an infinite vertex, is missed. How wrong t may be is
+///         for `Form::position_error` to say.
 template <class Form, faces F = faces::both, class Ray, class Triangle, scalar T>
 PATCHRT_INLINE triangle_hit<T> intersect(Ray const& ray, Triangle const& prepared, T t_min, T t_max) {
   auto const c = Form::template meet<F>(ray, prepared, t_min, t_max);
@@ -121,7 +121,8 @@ PATCHRT_INLINE triangle_hit<T> intersect(ray<T> const& r, triangle<T> const& t) 
 ///
 /// With ao = o - a, bo = o - b: t = -n.ao / n.d, and (1 - u - v, u, v) in the ratio of -bc.(bo x d), ac.(ao x d) and
 /// -ab.(ao x d).
-/// \note Carr, Hall & Hart, "The Ray Engine", Graphics Hardware 2002, eqs. 1-8. Eq. 8 is printed without its minus sign.
+/// \note Carr, Hall & Hart, "The Ray Engine", Graphics Hardware 2002, eqs. 1-8. Eq. 8 is printed without its minus
+///       sign.
 struct engine_form {
   template <scalar S> struct prepared {
     vec3<S> a;
@@ -208,8 +209,8 @@ struct moller_trumbore_form {
   /// How far origin + t direction may be from where the exact ray meets the exact triangle's plane, to first order in
   /// epsilon; infinite where rounding hides whether it does.
   ///
-  /// Both determinants take u for each rounded edge and for ao, 2 u for the cross product and 3 u for the dot product, of
-  /// the sums of their products: 8 u m.|ao| and 7 u m.|d|, m those of ab x ac.
+  /// Both determinants take u for each rounded edge and for ao, 2 u for the cross product and 3 u for the dot product,
+  /// of the sums of their products: 8 u m.|ao| and 7 u m.|d|, m those of ab x ac.
   template <scalar T, lanes_of<T> R, lanes_of<T> S>
   PATCHRT_HD static T position_error(ray_constants<R> const& r, prepared<S> const& p, T t) {
     vec3<T> const d = detail::in_lanes<T>(r.direction);

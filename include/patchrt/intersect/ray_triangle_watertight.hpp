@@ -8,22 +8,22 @@ namespace patchrt {
 /// The watertight form: a ray through the common edge or vertex of triangles hits one of them, whatever rounding does.
 ///
 /// The vertices, seen from the origin, are sheared so that the ray is the axis of depth; what is left of them are two
-/// coordinates x, y. These depend on the vertex and the ray alone, so that triangles that share a vertex agree about it,
-/// and the three edge functions x y' - y x' have the exact signs of what the rounded coordinates are: Kahan's difference of
-/// two products is within 2 u of it, so never 0 or of the wrong sign. An edge function is 0 for both neighbours of an edge
-/// or for none, and 0 counts as inside.
+/// coordinates x, y. These depend on the vertex and the ray alone, so that triangles that share a vertex agree about
+/// it, and the three edge functions x y' - y x' have the exact signs of what the rounded coordinates are: Kahan's
+/// difference of two products is within 2 u of it, so that it is 0 where it should be and nowhere else. The neighbours
+/// of an edge have opposite signs there, or 0 both, and 0 counts as inside.
 /// \pre No product of two coordinates, seen from the origin, underflows, nor does the product's rounding error:
 ///      coordinates there are 0 or, in float, above 1e-15.
-/// \note Woop, Benthin & Wald, "Watertight ray/triangle intersection", JCGT 2(1), 2013. There the two products are rounded,
-///       which for a difference of 0 may hide its sign: those are computed again in double. On Kahan's form: Jeannerod,
-///       Louvet & Muller, Math. Comp. 82, 2013.
+/// \note Woop, Benthin & Wald, "Watertight ray/triangle intersection", JCGT 2(1), 2013. There the two products are
+///       rounded, which for a difference of 0 may hide its sign: those are computed again in double. On Kahan's form:
+///       Jeannerod, Louvet & Muller, Math. Comp. 82, 2013.
 struct watertight_form {
   template <scalar S> struct prepared {
     vec3<S> a;
     vec3<S> b;
     vec3<S> c;
   };
-  /// x = across.p, y = up.p and depth = along.p of a point p seen from the origin; each row has a 0 or two, x and y a 1.
+  /// x = across.p, y = up.p and depth = along.p of a point p seen from the origin; across and up have a 1 and a 0.
   template <scalar R> struct ray_constants {
     vec3<R> origin;
     vec3<R> across;
@@ -79,9 +79,10 @@ struct watertight_form {
   /// How far origin + t direction may be from where the exact ray meets the exact triangle, to first order in epsilon;
   /// infinite where rounding hides whether it does.
   ///
-  /// The hit is that of a triangle whose vertices are moved. With m the largest components of the vertices seen from the
-  /// origin, s = m_z / |d_z| along the axis z that is divided by: by 2 u m_x + 4 u |d_x| s along each other axis x, of which
-  /// the plane makes (n_x / n.d) of t; by 3 u s along the ray. The weights take 4 u, the weighted sum 5 u, the quotient u.
+  /// The hit is that of a triangle whose vertices are moved. With m the largest components of the vertices seen from
+  /// the origin, s = m_z / |d_z| along the axis z that is divided by: by 2 u m_x + 4 u |d_x| s along each other axis x,
+  /// of which the plane makes (n_x / n.d) of t; by 3 u s along the ray. The weights take 4 u, the weighted sum 5 u, the
+  /// quotient u.
   template <scalar T, lanes_of<T> R, lanes_of<T> S>
   PATCHRT_HD static T position_error(ray_constants<R> const& r, prepared<S> const& p, T) {
     using L = lane_t<T>;

@@ -39,14 +39,14 @@ template <scalar Q> PATCHRT_HD triangle_reach<Q> reach_of(triangle<Q> const& t) 
 
 /// How far from t a ray has to start so that no form that computes in T's precision meets t where it started.
 ///
-/// min(16 eps (thickness + size), 2 size). A form is off by 8 u m.|ao| / |n| (see `engine_form::position_error`), of which |ao|
-/// is within t's box; a ray closer to t's plane than rounding tells has its other crossing so far off that it is outside by
-/// more than rounding. The watertight form moves vertices by 30 u times their distance at most; `thickness` is for the
-/// normal, which rounding may turn by 4 u |m| / |n|. What starts 2 sizes away along any direction and does not come
-/// back is clear of t whatever its normal is.
+/// min(16 eps (thickness + size), 2 size). A form is off by 8 u m.|ao| / |n| (see `engine_form::position_error`), of
+/// which |ao| is within t's box; a ray closer to t's plane than rounding tells has its other crossing so far off that
+/// it is outside by more than rounding. The watertight form moves vertices by 30 u times their distance at most;
+/// `thickness` is for the normal, which rounding may turn by 4 u |m| / |n|. What starts 2 sizes away along any
+/// direction and does not come back is clear of t whatever its normal is.
 /// \pre The form meets t itself, not a rounding of it.
-/// \note Of needles, thickness is up to their length over their width times their size: that is what the forms that start
-///       from edges may be off by there.
+/// \note Of needles, thickness is up to their length over their width times their size: that is what the forms that
+///       start from edges may be off by there.
 template <scalar T, scalar P> PATCHRT_HD T clearance(triangle<P> const& t) {
   using L = lane_t<T>;
   auto const reach = detail::reach_of(t);
@@ -55,8 +55,8 @@ template <scalar T, scalar P> PATCHRT_HD T clearance(triangle<P> const& t) {
   return min(rounded, T(L(2)) * size);
 }
 
-/// The point (1 - u - v) a + u b + v c, for rays to leave from. What a hit's (u, v) are wrong by does not count: this is
-/// a point of the triangle all the same.
+/// The point (1 - u - v) a + u b + v c, for rays to leave from. What a hit's (u, v) are wrong by does not count: this
+/// is a point of the triangle all the same.
 ///
 /// `clear` is `clearance` of the triangle, or more.
 /// \pre 0 <= u, v, u + v <= 1 but for a few roundings; no over- or underflow.

@@ -37,8 +37,8 @@ template <scalar T> struct edge_pair {
   vec3<T> second;
 };
 
-/// Of the edges ab, bc and ca the two that are not the longest, which enclose an angle of 60 degrees or more: of needles,
-/// their product loses least. All three products are the same but for rounding.
+/// Of the edges ab, bc and ca the two that are not the longest, which enclose an angle of 60 degrees or more: of
+/// needles, their product loses least. All three products are the same but for rounding.
 template <scalar T> PATCHRT_INLINE edge_pair<T> shorter_edges(vec3<T> const& ab, vec3<T> const& bc, vec3<T> const& ca) {
   T const at_ab = sum_of_magnitudes(ab), at_bc = sum_of_magnitudes(bc), at_ca = sum_of_magnitudes(ca);
   auto const without_bc = at_ab <= at_bc && at_ca <= at_bc;
@@ -95,8 +95,8 @@ template <scalar T> PATCHRT_INLINE vec3<T> normal(triangle<T> const& t) {
   return cross(first, second);
 }
 
-/// Whether t has an area, however small: false where two vertices are equal or all three are on a line; unspecified where
-/// a coordinate is NaN or infinite.
+/// Whether t has an area, however small: false where two vertices are equal or all three are on a line; unspecified
+/// where a coordinate is NaN or infinite.
 ///
 /// Exact unless products of coordinates over- or underflow. Where the normal stands out of its rounding errors, that
 /// says it; the exact sums are for the rest.
