@@ -20,8 +20,9 @@ using namespace patchrt::examples;
 struct import_options {
   std::vector<std::string> meshes;
   std::string output;
-  int level = 4;
+  int level = 8;
   std::string cap = "bspline";
+  std::string creases = "cut";
   int samples = 5;
   bool quiet = false;
 };
@@ -43,12 +44,19 @@ void add_options(CLI::App& app, import_options& o) {
       ->required()
       ->type_name("FILE.bpt");
   add_parsed(app, "--level", o.level, parse_level, "a level from 0 to 10",
-             "How often faces are divided at most until they are regular; 4 by default")
+             "How often faces are divided at most until they are regular; 8 by default")
       ->type_name("N");
   app.add_option("--end-cap", o.cap, "What irregular faces become: B-spline patches, or Gregory patches made bicubic")
       ->check(CLI::IsMember({"bspline", "gregory"}))
       ->capture_default_str()
       ->type_name("CAP");
+  app.add_option(
+         "--creases", o.creases,
+         "What semi-sharp creases of regular faces become: cut = the two or three patches a face that they are; "
+         "isolate = divided as often as the level allows")
+      ->check(CLI::IsMember({"cut", "isolate"}))
+      ->capture_default_str()
+      ->type_name("HOW");
   add_parsed(app, "--samples", o.samples, parse_samples, "0 or a number from 2 to 64",
              "Points along each side of a patch at which its distance from the limit surface is measured, 0 for no "
              "measurement; 5 by default")
@@ -60,7 +68,8 @@ void import_mesh(import_options const& o, std::filesystem::path const& mesh, std
   obj_model const control = load_obj(mesh);
   subdivision_surface const surface(control);
   output_file file(output);
-  subdivided_model const model = surface.to_bezier(o.level, o.cap == "bspline" ? end_cap::bspline : end_cap::gregory);
+  subdivided_model const model = surface.to_bezier(o.level, o.cap == "bspline" ? end_cap::bspline : end_cap::gregory,
+                                                   o.creases == "cut" ? semi_sharp::cut : semi_sharp::isolate);
   file.write(to_bpt(model.patches));
   if (o.quiet) return;
   std::printf("%s: %zu patches of %zu faces, level %d, end caps %s\n", output.string().c_str(), model.patches.size(),

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -225,6 +226,102 @@ bicubic_patch<double> from_bspline(points_4x4 points, int boundary) {
   return patch;
 }
 
+/// A part of a patch: the rectangle of size (du, dv) from (u, v).
+struct patch_part {
+  bicubic_patch<double> patch;
+  double u = 0, v = 0, du = 1, dv = 1;
+};
+
+/// The rows of points along a side of a patch: row 1 is the side itself, row 0 lies beyond it.
+class rows_along {
+ public:
+  /// \param side v = 0, u = 1, v = 1, u = 0 for 0 to 3.
+  explicit rows_along(int side) : side_(side) {}
+
+  /// Of point m of row q, u running fastest.
+  std::size_t operator()(int q, int m) const {
+    int const across = side_ == 1 || side_ == 2 ? 3 - q : q;
+    return std::size_t(side_ % 2 == 0 ? 4 * across + m : 4 * m + across);
+  }
+
+  /// The part of the patch whose distance from the side is from `start` to `end`.
+  patch_part part(bicubic_patch<double> const& patch, double start, double end) const {
+    double const from = side_ == 1 || side_ == 2 ? 1 - end : start;
+    if (side_ % 2 == 0) return {patch, 0, from, 1, end - start};
+    return {patch, from, 0, end - start, 1};
+  }
+
+ private:
+  int side_;
+};
+
+/// A patch with a crease of finite sharpness along a side, the same beyond both ends, and regular but for that.
+///
+/// Across the crease its rows are divided as a curve's points, floor(s) times with the crease's point kept, once with the
+/// mean of kept and smooth point that the fraction of s weighs, smoothly from there on: as many parts are polynomial.
+/// \note Niessner, Loop & Greiner, "Efficient Evaluation of Semi-Smooth Creases in Catmull-Clark Subdivision Surfaces",
+///       Eurographics 2012 (short papers).
+std::vector<patch_part> from_semi_sharp(points_4x4 const& points, int side, double sharpness) {
+  rows_along const at(side);
+  using row = std::array<vec3<double>, 4>;
+  std::array<row, 4> rows;
+  for (int q = 0; q < 4; ++q)
+    for (int m = 0; m < 4; ++m) rows[std::size_t(q)][std::size_t(m)] = points[at(q, m)];
+  auto const combine = [](double wa, row const& a, double wb, row const& b, double wc, row const& c) {
+    row r;
+    for (std::size_t m = 0; m < 4; ++m) r[m] = a[m] * wa + b[m] * wb + c[m] * wc;
+    return r;
+  };
+  auto const middle = [&](row const& a, row const& b) { return combine(0.5, a, 0.5, b, 0, b); };
+  auto const smooth = [&](row const& a, row const& b, row const& c) { return combine(0.125, a, 0.75, b, 0.125, c); };
+  auto const patch_of = [&](row const& a, row const& b, row const& c, row const& d) {
+    points_4x4 net;
+    for (int m = 0; m < 4; ++m) {
+      net[at(0, m)] = a[std::size_t(m)];
+      net[at(1, m)] = b[std::size_t(m)];
+      net[at(2, m)] = c[std::size_t(m)];
+      net[at(3, m)] = d[std::size_t(m)];
+    }
+    return from_bspline(net, 0);
+  };
+
+  std::vector<patch_part> parts;
+  int const kept = int(sharpness);
+  double const fraction = sharpness - kept;
+  double width = 1;  // of what is not yet a part, at the crease
+  auto& [beyond, crease, first, second] = rows;
+  if (kept > 0) {
+    width = std::ldexp(1.0, -kept);
+    auto patch = patch_of(combine(2, crease, -1, first, 0, first), crease, first, second);
+    for (int m = 0; m < 4; ++m) {
+      auto const point = [&](int q) -> vec3<double>& {
+        std::size_t const k = at(q, m);
+        return patch(int(k % 4), int(k / 4));
+      };
+      for (int last = 3; last > 0; --last)
+        for (int q = 0; q < last; ++q) point(q) = point(q) * (1 - width) + point(q + 1) * width;
+    }
+    parts.push_back(at.part(patch, width, 1));
+  }
+  for (int k = 0; k < kept; ++k) {
+    beyond = middle(beyond, crease);
+    second = smooth(crease, first, second);
+    first = middle(crease, first);
+  }
+  if (fraction > 0) {
+    row const third = middle(first, second);
+    second = smooth(crease, first, second);
+    row const smooth_crease = smooth(beyond, crease, first);
+    beyond = middle(beyond, crease);
+    first = middle(crease, first);
+    crease = combine(fraction, crease, 1 - fraction, smooth_crease, 0, crease);
+    parts.push_back(at.part(patch_of(crease, first, second, third), width / 2, width));
+    width /= 2;
+  }
+  parts.push_back(at.part(patch_of(beyond, crease, first, second), 0, width));
+  return parts;
+}
+
 /// \param p Of a Gregory patch: at each corner the corner, the points beside it on the edges that leave and reach it, and the
 ///        inner points that belong to those.
 /// \note Loop, Schaefer, Ni & Castano, "Approximating Subdivision Surfaces with Gregory Patches for Hardware
@@ -254,8 +351,8 @@ class limit_surface {
   double distance(vec3<double> const& point, patch_domain const& domain, double u, double v) {
     if (domain.face != face_) select(domain.face);
     corner_ = domain.corner;
-    u = domain.u + domain.size * u;
-    v = domain.v + domain.size * v;
+    u = domain.u + domain.du * u;
+    v = domain.v + domain.dv * v;
     auto at = evaluate(u, v);
     vec3<double> away = point - at.position;
     double squared = dot(away, away);
@@ -363,12 +460,13 @@ void subdivision_surface::refine(far::TopologyRefiner& refiner, far::TopologyRef
   }
 }
 
-subdivided_model subdivision_surface::to_bezier(int level, end_cap cap) const {
+subdivided_model subdivision_surface::to_bezier(int level, end_cap cap, semi_sharp creases) const {
   if (level < least_level_ || level > deepest_level)
     fail(name_, "a level from " + std::to_string(least_level_) + " to " + std::to_string(deepest_level),
          std::to_string(level));
   far::PatchTableFactory::Options options{unsigned(level)};
   options.useInfSharpPatch = true;
+  options.useSingleCreasePatch = creases == semi_sharp::cut;
   options.generateLegacySharpCornerPatches = false;
   options.generateVaryingTables = false;
   options.SetPatchPrecision<double>();
@@ -412,10 +510,20 @@ subdivided_model subdivision_surface::to_bezier(int level, end_cap cap) const {
       for (int v = 0; v < vertices.size(); ++v) net[std::size_t(v)] = points[std::size_t(vertices[v])].position;
       points_4x4 spline;
       std::copy_n(net.begin(), 16, spline.begin());
-      model.patches.push_back(is_gregory ? from_gregory(net) : from_bspline(spline, param.GetBoundary()));
+      // Of irregular patches OpenSubdiv 3.5 may tell a sharpness that was another's.
+      bool const may_be_cut = creases == semi_sharp::cut && param.IsRegular();
+      double const sharpness = may_be_cut ? double(table->GetSingleCreasePatchSharpnessValue(array, k)) : 0;
+      std::vector<patch_part> parts;
+      if (is_gregory) parts.push_back({from_gregory(net)});
+      else if (sharpness > 0) parts = from_semi_sharp(spline, std::countr_zero(param.GetBoundary()), sharpness);
+      else parts.push_back({from_bspline(spline, param.GetBoundary())});
       auto const [face, corner] = places[std::size_t(param.GetFaceId())];
       double const size = double(param.GetParamFraction());
-      model.domains.push_back({face, corner, param.GetU() * size, param.GetV() * size, size});
+      for (auto const& part : parts) {
+        model.patches.push_back(part.patch);
+        model.domains.push_back({face, corner, (param.GetU() + part.u) * size, (param.GetV() + part.v) * size,
+                                 part.du * size, part.dv * size});
+      }
     }
   }
   check_cover(model.domains);
@@ -433,7 +541,7 @@ void subdivision_surface::check_cover(std::vector<patch_domain> const& domains) 
     expected += uncovered[std::size_t(face)];
   }
   if (expected == 0) fail(name_, "a face with a limit surface", "none");
-  for (auto const& domain : domains) uncovered[std::size_t(domain.face)] -= domain.size * domain.size;
+  for (auto const& domain : domains) uncovered[std::size_t(domain.face)] -= domain.du * domain.dv;
   auto const bare = std::find_if(uncovered.begin(), uncovered.end(), [](double area) { return area != 0; });
   if (bare != uncovered.end())
     fail(name_, "patches for each face once", "others for face " + std::to_string(bare - uncovered.begin()));

@@ -21,12 +21,19 @@ enum class end_cap {
             ///< are, so neighbours share them
 };
 
-/// Where a patch lies in the control mesh: the square of side `size` from (u, v) of a face of four corners, or of the quarter
-/// of the face at the given corner where it has another number of corners.
+/// What becomes of faces with a crease of finite sharpness along one side, the same beyond both ends, that are regular
+/// otherwise: the limit surface there is two or three bicubic patches.
+enum class semi_sharp {
+  cut,     ///< those patches
+  isolate  ///< divided towards the crease: the same surface in many more patches
+};
+
+/// Where a patch lies in the control mesh: the rectangle of size (du, dv) from (u, v) of a face of four corners, or of the
+/// quarter of the face at the given corner where it has another number of corners.
 struct patch_domain {
   int face;
   int corner;  ///< of the face; -1 where the face has four
-  double u, v, size;
+  double u, v, du, dv;
 };
 
 struct subdivided_model {
@@ -59,11 +66,12 @@ class subdivision_surface {
   /// The limit surface as bicubic Bezier patches.
   ///
   /// Faces are divided until they are regular, `level` times at most; regular faces become Bezier patches exactly, also at
-  /// boundaries and infinitely sharp creases. What is irregular or still crosses a semi-sharp crease then is approximated.
+  /// boundaries and creases. What is still irregular then is approximated, and creases are infinitely sharp whose sharpness
+  /// exceeds the level.
   /// \param level From 0, or 1 where a face has other than four corners, to `deepest_level`.
   /// \throws std::runtime_error "NAME: expected ..., got ..." for another level, no patch at all, or more than 2^23
   ///         faces in all levels.
-  subdivided_model to_bezier(int level, end_cap cap) const;
+  subdivided_model to_bezier(int level, end_cap cap, semi_sharp creases = semi_sharp::cut) const;
 
   /// The distances of n x n points of each patch, edges included, from the limit surface of its face: an upper bound of those
   /// from the whole limit surface, and at most those between points of the same parameters.

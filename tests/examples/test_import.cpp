@@ -45,11 +45,29 @@ TEST_CASE("import writes the patches of a control mesh and says how far they are
 
   auto const plain = run(folder, import_program + "cube.obj -o out.bpt --samples 0");
   CHECK(plain.out.find("distance") == plain.out.npos);
-  CHECK(are_same(load_bpt(folder / "out.bpt"), surface.to_bezier(4, end_cap::bspline).patches));
+  CHECK(are_same(load_bpt(folder / "out.bpt"), surface.to_bezier(8, end_cap::bspline).patches));
 
   auto const quiet = run(folder, import_program + "cube.obj -o out.bpt --quiet");
   CHECK(quiet.status == 0);
   CHECK((quiet.out.empty() && quiet.err.empty()));
+}
+
+TEST_CASE("no ray from within an imported surface with creases gets out between its patches") {
+  test::temporary_folder const folder;
+  std::ofstream(folder / "cube.obj") << cube << "t crease 8/4/0 0 1 1 2 2 3 3 0 4.5 2 7 3.25\n"
+                                     << "t crease 6/3/0 4 5 5 6 2 6 1 6.5 2.75\n";
+  for (std::string const options :
+       {"--level 3", "--level 4 --end-cap gregory", "--level 6", "--level 4 --creases isolate"}) {
+    REQUIRE(run(folder, import_program + "cube.obj -o cube.bpt --quiet " + options).status == 0);
+    for (std::string const direction : {"1,0,0", "-1,0,0", "0,1,0", "0,-1,0", "0,0,1", "0,0,-1"}) {
+      CAPTURE(options, direction);
+      auto const got = run(folder, "'" PATCHRT_RENDER
+                                   "' cube.bpt -o t.png --size 300x300 --vfov 100 --up 0.1,0.3,0.9 "
+                                   "--eye 0.01,0.02,0.03 --look-at " +
+                                       direction);
+      CHECK(got.out.find("300x300 pixels, 90000 hits") != got.out.npos);
+    }
+  }
 }
 
 TEST_CASE("import writes several meshes into a folder under their names") {
@@ -89,6 +107,7 @@ TEST_CASE("bad control meshes and options end import with status 1 and one line,
       {"cube.obj -o out.bpt --level 1e9", "--level: expected a level from 0 to 10, got '1e9'"},
       {"cube.obj -o out.bpt --samples 1", "--samples: expected 0 or a number from 2 to 64, got '1'"},
       {"cube.obj -o out.bpt --end-cap none", "--end-cap"},
+      {"cube.obj -o out.bpt --creases none", "--creases"},
       {"cube.obj", "--output is required"},
       {"-o out.bpt", "MESH is required"},
   };

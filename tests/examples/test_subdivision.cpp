@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -150,7 +151,7 @@ TEST_CASE("a plane control mesh of any faces becomes plane patches with the face
     for (int const level : {1, 4}) {
       auto const model = surface_of(text).to_bezier(level, cap);
       double area = 0;
-      for (auto const& domain : model.domains) area += domain.size * domain.size;
+      for (auto const& domain : model.domains) area += domain.du * domain.dv;
       CHECK(area == 5 + 3 + 1 + 3);
       for (auto const& patch : model.patches)
         for (auto const& p : patch.control_points) CHECK(std::abs(p.z) < 1e-14);
@@ -163,7 +164,7 @@ TEST_CASE("a closed mesh of triangles becomes a closed surface with its normals 
   for (end_cap const cap : caps) {
     auto const model = surface.to_bezier(4, cap);
     double area = 0;
-    for (auto const& domain : model.domains) area += domain.size * domain.size;
+    for (auto const& domain : model.domains) area += domain.du * domain.dv;
     CHECK(area == 24);
     for (auto const& patch : model.patches) {
       vec3<double> const p = evaluate(patch, 0.5, 0.5).position;
@@ -209,20 +210,77 @@ TEST_CASE("patches of a level share their edges, whatever the end cap's inside i
   }
 }
 
-TEST_CASE("semi-sharp creases are exact from the level of their sharpness on") {
+TEST_CASE("semi-sharp creases that are isolated are exact from the level of their sharpness on") {
   // A grid with a crease across, so that there is nothing else to approximate.
   std::string text = grid(6, [](int x, int y) { return x == 3 ? 2 : 0.1 * x * y; }) + "t interpolateboundary 1/0/0 1\n";
   for (int y = 0; y < 6; ++y)
     text += "t crease 2/1/0 " + std::to_string(7 * y + 3) + " " + std::to_string(7 * y + 10) + " 3\n";
   auto const surface = surface_of(text);
   for (int const level : {1, 2}) {
-    auto const d = surface.distances(surface.to_bezier(level, end_cap::bspline), 4);
+    auto const d = surface.distances(surface.to_bezier(level, end_cap::bspline, semi_sharp::isolate), 4);
     CHECK(d.largest > 1e-4);
     CHECK((0 < d.exact_patches && d.exact_patches < d.samples / 16));
   }
   for (int const level : {3, 5}) {
-    auto const model = surface.to_bezier(level, end_cap::bspline);
+    auto const model = surface.to_bezier(level, end_cap::bspline, semi_sharp::isolate);
     CHECK(surface.distances(model, 4).exact_patches == model.patches.size());
+  }
+}
+
+TEST_CASE("a face with a semi-sharp crease along a side is two patches, or three where the sharpness is no integer") {
+  constexpr int around = 8, across = 6;
+  struct row {
+    double sharpness;
+    std::size_t parts;
+  };
+  for (auto const& r : {row{0.3, 2}, row{1, 2}, row{1.75, 3}, row{4, 2}, row{7.9, 3}})
+    for (bool const turned : {false, true}) {
+      CAPTURE(r.sharpness, turned);
+      std::string text, faces, creases;
+      for (int i = 0; i < around; ++i)
+        for (int j = 0; j < across; ++j) {
+          double const a = 2 * std::numbers::pi * i / around, b = 2 * std::numbers::pi * j / across;
+          text += "v " + std::to_string((3 + std::cos(b)) * std::cos(a)) + " " +
+                  std::to_string((3 + std::cos(b)) * std::sin(a)) + " " + std::to_string(std::sin(b)) + "\n";
+          auto const vertex = [&](int x, int y) {
+            return std::to_string((i + x) % around * across + (j + y) % across + 1);
+          };
+          // Each second face begins at another corner, so that the crease is each of its sides.
+          faces += (i + j) % 2
+                       ? "f " + vertex(0, 0) + " " + vertex(1, 0) + " " + vertex(1, 1) + " " + vertex(0, 1) + "\n"
+                       : "f " + vertex(1, 1) + " " + vertex(0, 1) + " " + vertex(0, 0) + " " + vertex(1, 0) + "\n";
+          int const from = i * across + j;
+          int const to = turned ? i * across + (j + 1) % across : (i + 1) % around * across + j;
+          if (turned ? i == 2 : j == 4)
+            creases += "t crease 2/1/0 " + std::to_string(from) + " " + std::to_string(to) + " " +
+                       std::to_string(r.sharpness) + "\n";
+        }
+      auto const surface = surface_of(text + faces + creases);
+      std::size_t const faces_at_crease = turned ? 2 * across : 2 * around;
+      for (int const level : {int(std::ceil(r.sharpness)), 9}) {
+        auto const model = surface.to_bezier(level, end_cap::bspline);
+        CHECK(model.patches.size() == around * across + faces_at_crease * (r.parts - 1));
+        auto const d = surface.distances(model, 6);
+        CHECK(d.largest < 1e-13);
+        CHECK(d.exact_patches == model.patches.size());
+      }
+      CHECK(surface.to_bezier(2, end_cap::bspline, semi_sharp::isolate).patches.size() >
+            around * across + faces_at_crease);
+    }
+}
+
+TEST_CASE("semi-sharp creases are the same surface, cut or isolated, also where they meet and above the level") {
+  std::string text = cube;
+  for (char const* crease : {"0 1 4.5", "1 2 2", "2 3 7", "3 0 3.25", "4 5 1", "5 6 6.5", "6 7 0.5", "7 4 3", "0 4 5"})
+    text += std::string("t crease 2/1/0 ") + crease + "\n";
+  auto const surface = surface_of(text);
+  for (int const level : {2, 3, 5, 8}) {
+    CAPTURE(level);
+    auto const cut = surface.to_bezier(level, end_cap::bspline);
+    auto const isolated = surface.to_bezier(level, end_cap::bspline, semi_sharp::isolate);
+    CHECK(cut.patches.size() <= isolated.patches.size());
+    double const expected = surface.distances(isolated, 5).largest;
+    CHECK(surface.distances(cut, 5).largest == Approx(expected).epsilon(0.05).margin(1e-13));
   }
 }
 
@@ -392,7 +450,7 @@ TEST_CASE("models of level 2 have the patches that OpenSubdiv's float evaluation
     if (mesh.empty() || patches.empty()) continue;
     any = true;
     CAPTURE(r.mesh);
-    auto const model = subdivision_surface(load_obj(mesh)).to_bezier(2, end_cap::bspline);
+    auto const model = subdivision_surface(load_obj(mesh)).to_bezier(2, end_cap::bspline, semi_sharp::isolate);
     auto const expected = load_bpt(patches);
     REQUIRE(model.patches.size() == r.count);
     REQUIRE(expected.size() == r.count);
@@ -415,20 +473,18 @@ TEST_CASE("every control mesh at hand is imported with the distances that the do
     double largest;
   };
   bool any = false;
-  for (auto const& r : {row{"osd_catmark_pawn.obj", 11856, 5.5e-4}, row{"osd_catmark_rook.obj", 25576, 3.2e-3},
-                        row{"osd_catmark_car.obj", 39963, 7.9e-4}, row{"bigguy.obj", 10210, 4.1e-6}}) {
+  for (auto const& r : {row{"osd_catmark_pawn.obj", 2064, 1.3e-7}, row{"osd_catmark_rook.obj", 22548, 9.8e-6},
+                        row{"osd_catmark_car.obj", 32043, 2.95e-7}, row{"bigguy.obj", 19522, 9.5e-8}}) {
     auto const mesh = test::shared_data(r.mesh);
     if (mesh.empty()) continue;
     any = true;
     CAPTURE(r.mesh);
     subdivision_surface const surface(load_obj(mesh));
-    for (end_cap const cap : caps) {
-      auto const model = surface.to_bezier(4, cap);
-      CHECK(model.patches.size() == r.patches);
-      double const largest = surface.distances(model, 5).largest;
-      CHECK(largest < r.largest);
-      CHECK(largest > 0.9 * r.largest);
-    }
+    auto const model = surface.to_bezier(8, end_cap::bspline);
+    CHECK(model.patches.size() == r.patches);
+    double const largest = surface.distances(model, 5).largest;
+    CHECK(largest < r.largest);
+    CHECK(largest > 0.9 * r.largest);
   }
   if (!any) PATCHRT_SKIP("no control meshes: set PATCHRT_SHARED_DATA");
 }
