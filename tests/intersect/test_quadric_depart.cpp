@@ -60,11 +60,21 @@ TEMPLATE_TEST_CASE(
   for (int n = 0; n < 3000; ++n) {
     CAPTURE(n);
     std::size_t const kind = std::size_t(n) % 6;
-    auto const at = g.place(10, n % 2 ? 1 : 100);
-    auto const s = convert_quadric<T>(convex_solid(g, kind, at));
+    auto at = g.place(10, n % 2 ? 1 : 100);
     double const size = std::cbrt(std::fabs(dot(at.x, cross(at.y, at.z))));
-    vec3<double> const aim = transform_point(at, scale(g.vector(-0.4, 0.6), kind == 4 ? 2. : 1.));
+    auto const placed_by = [&](affine<double> const& place, unsigned shape) {
+      random_quadrics same(shape);
+      return convex_solid(same, kind, place);
+    };
+    vec3<double> const inside = scale(g.vector(-0.4, 0.6), kind == 4 ? 2. : 1.);
     vec3<double> const back = scale(g.direction(), size * std::pow(10., g.uniform(0.7, 3)));
+    if (n % 5 < 2) {  // the hit in the origin of space, where numbers are finest and position's roundings clear nothing
+      vec3<double> const aim = transform_point(at, inside);
+      auto const first = intersect(ray<double>{sum(aim, back), -back, 0, 1e300}, placed_by(at, unsigned(n)));
+      at.translation = difference(at.translation, fma(first.valid ? first.t : 1., -back, sum(aim, back)));
+    }
+    auto const s = convert_quadric<T>(placed_by(at, unsigned(n)));
+    vec3<double> const aim = transform_point(at, inside);
     ray<T> const r{convert_vec<T>(sum(aim, back)), convert_vec<T>(-back), T(0), inf};
     auto const line = make_centred_ray(r.origin, r.direction);
     auto const hit = intersect(line, s, r.t_min, r.t_max);

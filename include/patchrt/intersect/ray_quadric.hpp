@@ -101,20 +101,18 @@ PATCHRT_INLINE void clip_roots(T origin, T direction, B lo, B hi, quadratic_root
 /// All crossings of a line with a clipped quadric, one for all lanes or one for each.
 ///
 /// The ray is moved to its point nearest the centre first, then mapped to object space, so that everything that is
-/// squared is of the surface's size; t = t of that point + root. Where the rows are exact and the origin is 1 to 10^6
-/// radii away, t is within 4 ulp of that of the given numbers where rays are not grazing; `quadric_point` bounds the error
-/// of any hit.
+/// squared is of the surface's size; t = t of that point + root. On unit surfaces t is within 4 ulp from 2 to 10^6 radii
+/// away, for rays that meet them at more than 30 degrees; `point_at` bounds the error of any hit.
 ///
 /// A root of an open surface counts where its point is in the box. With caps, the inside is where both f < 0 and the ray
 /// is in the box: roots, entry and exit are compared with each other, so that between a quadric and its cap there is no
 /// gap.
-/// \tparam Touch whether a tangent, or a ray through a cone's apex, crosses. `tangent::miss` misses both, as does a
-///               ray from inside a capped cone through its apex.
+/// \tparam Touch whether a tangent, or a ray through a cone's apex, crosses the quadric: twice, at t0 = t1 but for rounding.
 /// \pre    d.d, f and its products along the ray neither over- nor underflow.
 /// \return Crossings that are not `valid` have any t; NaN anywhere in the input, or d = 0, gives none. A ray in the surface
 ///         has none with the quadric.
 /// \note   Haines, Guenther & Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems,
-///         2019, chapter 7, whose origin on the sphere's plane becomes one for all quadrics here.
+///         2019, chapter 7, whose way to move the origin serves all quadrics here.
 template <tangent Touch = tangent::hit, scalar T, lanes_of<T> B>
 PATCHRT_INLINE quadric_crossings<T> crossings(centred_ray<T> const& r, clipped_quadric<B> const& s) {
   T const zero(0);

@@ -139,10 +139,10 @@ class quadric_extremes {
       for (long double& x : row) x /= largest;
     for (int i = 0; i <= N; ++i)
       for (int j = 0; j <= i; ++j) adjugate[i][j] = adjugate[j][i] = ((i + j) % 2 ? -1 : 1) * minor_of<N + 1>(m, i, j);
-    // Sections that are all of one value have their extremes by their own coordinates too.
-    for (int n = 0; n < 3 + N; ++n) {
+    // Of a section that is all of one value, the other two give the points.
+    for (auto const& along : along_) {
       long double towards[N];
-      for (int i = 0; i < N; ++i) towards[i] = n < 3 ? along_[n][free[i]] : (n - 3 == i);
+      for (int i = 0; i < N; ++i) towards[i] = along[free[i]];
       touch_planes<N>(free, at, adjugate, towards);
     }
     long double x[3] = {at[0], at[1], at[2]}, terms = 0;
