@@ -78,3 +78,40 @@ TEMPLATE_TEST_CASE("no ray that truly meets a box misses it in conservative arit
   REQUIRE(lost_without > 10);  // the rays are hard enough that rounding to nearest loses some
   REQUIRE(hits > 5000);
 }
+
+TEMPLATE_TEST_CASE("no ray misses a box that it truly meets at a t of 0 or more where exits are widened", "", float,
+                   double) {
+  using T = TestType;
+  unsigned const seed = 20131u;
+  CAPTURE(seed);
+  test::random_box_rays<T> random(seed);
+  rational const unit_roundoff = rational(std::numeric_limits<T>::epsilon()) / 2;
+  rational const gamma = 3 * unit_roundoff / (1 - 3 * unit_roundoff);
+  int hits = 0, missed = 0, lost_without = 0, beyond_gamma = 0, other_by_corners = 0;
+  for (int i = 0; i < 30000; ++i) {
+    box<T> const b = random.any_box();
+    ray<T> const r = random.any_ray(b);
+    T const t_min(0), t_max(0x1p60);
+    auto const truth = exact(r, b, rational(t_min), rational(t_max));
+    auto const s = make_watertight_slab_ray(r.origin, r.direction);
+    auto const wide = intersect(s, b, t_min, t_max);
+    auto const plain = intersect(make_slab_ray(r.origin, r.direction), b, t_min, t_max);
+    vec3<T> near = b.lo, far = b.hi;
+    for (int k = 0; k < 3; ++k)
+      if (s.inverse[k] < 0) std::swap(near[k], far[k]);
+    auto const by_corners = intersect(s, near, far, t_min, t_max);
+    other_by_corners += !(by_corners.entry == wide.entry && by_corners.exit == wide.exit) &&
+                        (by_corners.entry <= by_corners.exit) != (wide.entry <= wide.exit);
+    if (!truth.hit) continue;
+    ++hits;
+    missed += !(wide.entry <= wide.exit);
+    lost_without += !(plain.entry <= plain.exit);
+    beyond_gamma += abs(rational(wide.entry) - truth.entry) > gamma * abs(truth.entry);
+  }
+  CAPTURE(hits);
+  REQUIRE(missed == 0);
+  REQUIRE(beyond_gamma == 0);
+  REQUIRE(other_by_corners == 0);
+  REQUIRE(lost_without > 10);
+  REQUIRE(hits > 4000);
+}
