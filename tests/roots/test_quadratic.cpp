@@ -292,4 +292,5 @@ TEMPLATE_TEST_CASE("short numbers find roots that they hold", "", half, (fixed<s
   auto const touch = solve_quadratic(T(1.0f), T(-1.0f), T(1.0f));
   CHECK((touch.real && float(touch.t0) == 1));
   CHECK_FALSE(solve_quadratic<tangent::miss>(T(1.0f), T(-1.0f), T(1.0f)).real);
+  CHECK_FALSE(solve_quadratic(T(0.0f), T(0.0f), T(1.0f)).real);  // where 0 / 0 may be a number
 }
