@@ -57,6 +57,8 @@ class quadric_extremes {
   }
 
   range const& operator[](int a) const { return range_[a]; }
+  /// The greatest coordinate of a candidate.
+  long double farthest() const { return farthest_; }
 
  private:
   static constexpr long double tolerance = 1e-12L;
@@ -64,6 +66,7 @@ class quadric_extremes {
   box<double> clip_;
   long double along_[3][3];
   range range_[3];
+  long double farthest_ = 0;
 
   long double plane(int k, int side) const { return side ? clip_.hi[k] : clip_.lo[k]; }
 
@@ -85,6 +88,7 @@ class quadric_extremes {
     if (!std::isfinite(size)) return;
     for (int k = 0; k < 3; ++k)
       if (!(clip_.lo[k] - tolerance * size <= x[k] && x[k] <= clip_.hi[k] + tolerance * size)) return;
+    farthest_ = std::fmax(farthest_, size);
     for (int a = 0; a < 3; ++a) {
       long double w = 0, reach = 0;
       for (int k = 0; k < 3; ++k) {
@@ -230,6 +234,7 @@ template <std::floating_point T> box<T> bounds(clipped_quadric<T> const& surface
   vec3<double> const along[3] = {
       {place.x.x, place.y.x, place.z.x}, {place.x.y, place.y.y, place.z.y}, {place.x.z, place.y.z, place.z.z}};
   detail::quadric_extremes const near(q, limited(0x1p24 * size), s.capped, along);
+  is_finite = is_finite || near.farthest() < 0x1p20L * size;  // an ellipsoid, say
   detail::quadric_extremes const far =
       is_finite ? near : detail::quadric_extremes(q, limited(0x1p26 * size), s.capped, along);
 
