@@ -66,8 +66,8 @@ class subdivision_surface {
   /// The limit surface as bicubic Bezier patches.
   ///
   /// Faces are divided until they are regular, `level` times at most; regular faces become Bezier patches exactly, also at
-  /// boundaries and creases. What is still irregular then is approximated, and creases are infinitely sharp whose sharpness
-  /// exceeds the level.
+  /// boundaries and creases. What is still irregular then is approximated; creases of finite sharpness are as sharp as the
+  /// level at most.
   /// \param level From 0, or 1 where a face has other than four corners, to `deepest_level`.
   /// \throws std::runtime_error "NAME: expected ..., got ..." for another level, no patch at all, or more than 2^23
   ///         faces in all levels.

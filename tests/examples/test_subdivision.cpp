@@ -270,17 +270,25 @@ TEST_CASE("a face with a semi-sharp crease along a side is two patches, or three
 }
 
 TEST_CASE("semi-sharp creases are the same surface, cut or isolated, also where they meet and above the level") {
-  std::string text = cube;
+  std::string various = cube, all_but_one = cube;
   for (char const* crease : {"0 1 4.5", "1 2 2", "2 3 7", "3 0 3.25", "4 5 1", "5 6 6.5", "6 7 0.5", "7 4 3", "0 4 5"})
-    text += std::string("t crease 2/1/0 ") + crease + "\n";
-  auto const surface = surface_of(text);
-  for (int const level : {2, 3, 5, 8}) {
-    CAPTURE(level);
-    auto const cut = surface.to_bezier(level, end_cap::bspline);
-    auto const isolated = surface.to_bezier(level, end_cap::bspline, semi_sharp::isolate);
-    CHECK(cut.patches.size() <= isolated.patches.size());
-    double const expected = surface.distances(isolated, 5).largest;
-    CHECK(surface.distances(cut, 5).largest == Approx(expected).epsilon(0.05).margin(1e-13));
+    various += std::string("t crease 2/1/0 ") + crease + "\n";
+  for (char const* edge : {"0 1", "1 2", "2 3", "3 0", "4 5", "5 6", "6 7", "7 4", "0 4", "2 6", "3 7"})
+    all_but_one += std::string("t crease 2/1/0 ") + edge + " 5\n";
+  all_but_one += "t crease 2/1/0 1 5 0.1\n";
+  for (std::string const& text : {various, all_but_one}) {
+    auto const surface = surface_of(text);
+    for (int const level : {2, 3, 4, 5, 8}) {
+      CAPTURE(text, level);
+      auto const cut = surface.to_bezier(level, end_cap::bspline);
+      auto const isolated = surface.to_bezier(level, end_cap::bspline, semi_sharp::isolate);
+      CHECK(cut.patches.size() <= isolated.patches.size());
+      double const expected = surface.distances(isolated, 5).largest;
+      CHECK(surface.distances(cut, 5).largest == Approx(expected).epsilon(0.05).margin(1e-13));
+      double narrowest = 1;
+      for (auto const& domain : cut.domains) narrowest = std::min({narrowest, domain.du, domain.dv});
+      CHECK(narrowest == std::ldexp(1.0, -level));
+    }
   }
 }
 
