@@ -3,8 +3,8 @@
 /// Rays against quadrics and spheres, for one number and for packs: time and useful flops a test, the share of the peak
 /// that chains of fused operations reach on the same registers, and the error of t.
 ///
-/// Counters as of bench/intersect, and `hits`, the share of tests that meet; `ulp_99`, the error of t that 99 of 100 hits do
-/// not exceed, in ulps, against the same rays in long double.
+/// Counters as of bench/intersect, and `hits`, the share of tests that meet; `ulp_99`, the error of t that 99 of 100
+/// hits do not exceed, in ulps, against the same rays in long double.
 ///
 /// Workload: 256 packs of rays from 1 to 100 radii away at points within a surface's box; surfaces of one kind, each
 /// placed at random. `rays`: a pack of rays against one surface, as in a leaf met by a packet; `surfaces`: one ray

@@ -40,8 +40,8 @@ box<double> bounds(torus const& s);
 /// where the ends have different signs, Newton's iteration finds it, by halves where it would leave its bracket. The
 /// last steps are on the distance itself, ((rho - major)^2 + z^2 - minor^2), which loses fewer digits.
 /// \pre    0 < minor < major, |axis| = 1.
-/// \return Each t within 1e-12 (|t| + major / |d|) where a ray does not graze. A ray that touches without crossing may have no
-///         crossing there. None where a number is NaN or the direction is 0.
+/// \return Each t within 1e-12 (|t| + major / |d|) where a ray does not graze. A ray that touches without crossing may
+///         have no crossing there. None where a number is NaN or the direction is 0.
 torus_crossings crossings(ray<double> const& r, torus const& s);
 
 /// The nearest crossing of a ray.

@@ -116,7 +116,7 @@ TEST_CASE("all crossings of a torus are found, each within 1e-12 of its size whe
   CHECK((counts[1] == 0 && counts[3] == 0));
 }
 
-TEST_CASE("a ray's hit on a torus is the first in its range, with the outward normal; NaN and no direction miss") {
+TEST_CASE("a ray's hit on a torus is the first in its range, with the outward normal, and NaN and no direction miss") {
   torus const s{{0, 0, 0}, {0, 0, 1}, 2, 0.5};
   double const nan = std::numeric_limits<double>::quiet_NaN();
   auto const hit = intersect(ray<double>{{-10, 0, 0}, {1, 0, 0}, 7.75, 100}, s);

@@ -36,8 +36,8 @@ class generator {
   std::mt19937_64 bits_;
 };
 
-/// Points of a clipped quadric, in object space, on the line through p along d: crossings in the box and, capped, points of
-/// its faces inside.
+/// Points of a clipped quadric, in object space, on the line through p along d: crossings in the box and, capped,
+/// points of its faces inside.
 std::vector<vec3<double>> points_on_line(clipped_quadric<double> const& s, vec3<double> const& p,
                                          vec3<double> const& d) {
   std::vector<vec3<double>> all;

@@ -23,8 +23,8 @@ template <scalar T> struct quadric_point {
 
 namespace detail {
 
-/// Bounds on what rounding does to f along a ray where the coordinates' terms in object space add up to at most `reach`:
-/// with G = |Q| reach + |b| and M = reach.(G + |b|) + |c|,
+/// Bounds on what rounding does to f along a ray where the coordinates' terms in object space add up to at most
+/// `reach`: with G = |Q| reach + |b| and M = reach.(G + |b|) + |c|,
 ///     |computed f - f| <= value = 8 eps M + 5/4 eps from.G.
 template <scalar T> struct form_error {
   vec3<T> gradient;  ///< G
@@ -57,23 +57,23 @@ template <scalar T> PATCHRT_INLINE T of_axis(T face, vec3<T> const& v) {
 
 /// The point of a crossing that `crossings` or `intersect` gave for this ray and surface.
 ///
-/// Running error analysis, u = eps / 2, rows R, all magnitudes component by component. The computed middle point p is off
-/// by u (|o - c| + |p|), its image R p by 3 u |R||p| more, R d by 3 u |R||d|; with m = |R|(|p| + |tau||d|) a point at
-/// tau from the middle is off by w = u |R||o - c| + 4 u m in object space, which changes f by 2 w.G (G = |Q| m + |b|). The
-/// coefficients a, h, c are sums of up to seven roundings: 7 u M, M = m.(G + |b|) + |c|. Since m.G <= M, f as the root
-/// solver sees it is within
+/// Running error analysis, u = eps / 2, rows R, all magnitudes component by component. The computed middle point p is
+/// off by u (|o - c| + |p|), its image R p by 3 u |R||p| more, R d by 3 u |R||d|; with m = |R|(|p| + |tau||d|) a point
+/// at tau from the middle is off by w = u |R||o - c| + 4 u m in object space, which changes f by 2 w.G (G = |Q| m +
+/// |b|). The coefficients a, h, c are sums of up to seven roundings: 7 u M, M = m.(G + |b|) + |c|. Since m.G <= M, f as
+/// the root solver sees it is within
 ///     E = 8 eps M + 5/4 eps |R||o - c|.G
-/// of the exact one. So the exact root is within E / |a tau + h| of the solver's wherever 2 |a| E <= (a tau + h)^2 and the
-/// slope is not itself of rounding's size, 64 eps G.|R||d|: f changes its sign between. The root solver adds 4 u |tau|,
-/// and the roundings of p and `position` u each of the terms they are made of. A cap's plane is treated alike: its
-/// coordinate is off by 4 eps (m + |plane|) + 5/8 eps |R||o - c|, over the direction's.
+/// of the exact one. So the exact root is within E / |a tau + h| of the solver's wherever 2 |a| E <= (a tau + h)^2 and
+/// the slope is not itself of rounding's size, 64 eps G.|R||d|: f changes its sign between. The root solver adds 4 u
+/// |tau|, and the roundings of p and `position` u each of the terms they are made of. A cap's plane is treated alike:
+/// its coordinate is off by 4 eps (m + |plane|) + 5/8 eps |R||o - c|, over the direction's.
 ///
-/// `clearance` is 3 E / |gradient / 2| + 4 eps |p - c|, with m for any ray from here as far as the finite sides of `clip`
-/// reach: what the next ray's f may be off by is then less than f at its start.
+/// `clearance` is 3 E / |gradient / 2| + 4 eps |p - c|, with m for any ray from here as far as the finite sides of
+/// `clip` reach: what the next ray's f may be off by is then less than f at its start.
 /// \pre  `hit` is valid.
-/// \note Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.3; Pharr, Jakob & Humphreys, Physically
-///       Based Rendering, 4th ed., section 6.8. At rims, only the face that was hit is cleared. Rays that leave flat or
-///       straight surfaces without end at angles below rounding may meet them far away.
+/// \note Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.3; Pharr, Jakob & Humphreys,
+///       Physically Based Rendering, 4th ed., section 6.8. At rims, only the face that was hit is cleared. Rays that
+///       leave flat or straight surfaces without end at angles below rounding may meet them far away.
 template <scalar T, lanes_of<T> B>
 PATCHRT_HD quadric_point<T> point_at(centred_ray<T> const& r, clipped_quadric<B> const& s, quadric_hit<T> const& hit) {
   using L = lane_t<T>;

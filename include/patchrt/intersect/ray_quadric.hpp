@@ -56,8 +56,8 @@ template <scalar T, class B> PATCHRT_INLINE mask_t<T> is_bounded(B lo, B hi) {
   return !(T(lo) < -most && most < T(hi));
 }
 
-/// Clips by the two planes of one axis, `code` that of the upper one's face. Where the direction is zero and the ray lies in
-/// a plane, that is at 0 * inf = NaN, and not heeded: the ray meets the box.
+/// Clips by the two planes of one axis, `code` that of the upper one's face. Where the direction is zero and the ray
+/// lies in a plane, that is at 0 * inf = NaN, and not heeded: the ray meets the box.
 template <scalar T, class B>
 PATCHRT_INLINE void clip_face(faced_span<T>& f, T origin, T direction, B lo, B hi, lane_t<T> code) {
   if (!any_of(is_bounded<T>(lo, hi))) return;
@@ -101,16 +101,17 @@ PATCHRT_INLINE void clip_roots(T origin, T direction, B lo, B hi, quadratic_root
 /// All crossings of a line with a clipped quadric, one for all lanes or one for each.
 ///
 /// The ray is moved to its point nearest the centre first, then mapped to object space, so that everything that is
-/// squared is of the surface's size; t = t of that point + root. On unit surfaces t is within 4 ulp from 2 to 10^6 radii
-/// away, for rays that meet them at more than 30 degrees; `point_at` bounds the error of any hit.
+/// squared is of the surface's size; t = t of that point + root. On unit surfaces t is within 4 ulp from 2 to 10^6
+/// radii away, for rays that meet them at more than 30 degrees; `point_at` bounds the error of any hit.
 ///
-/// A root of an open surface counts where its point is in the box. With caps, the inside is where both f < 0 and the ray
-/// is in the box: roots, entry and exit are compared with each other, so that between a quadric and its cap there is no
-/// gap.
-/// \tparam Touch whether a tangent, or a ray through a cone's apex, crosses the quadric: twice, at t0 = t1 but for rounding.
+/// A root of an open surface counts where its point is in the box. With caps, the inside is where both f < 0 and the
+/// ray is in the box: roots, entry and exit are compared with each other, so that between a quadric and its cap there
+/// is no gap.
+/// \tparam Touch whether a tangent, or a ray through a cone's apex, crosses the quadric: twice, at t0 = t1 but for
+///               rounding.
 /// \pre    d.d, f and its products along the ray neither over- nor underflow.
-/// \return Crossings that are not `valid` have any t; NaN anywhere in the input, or d = 0, gives none. A ray in the surface
-///         has none with the quadric.
+/// \return Crossings that are not `valid` have any t; NaN anywhere in the input, or d = 0, gives none. A ray in the
+///         surface has none with the quadric.
 /// \note   Haines, Guenther & Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems,
 ///         2019, chapter 7, whose way to move the origin serves all quadrics here.
 template <tangent Touch = tangent::hit, scalar T, lanes_of<T> B>

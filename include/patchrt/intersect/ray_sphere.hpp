@@ -22,13 +22,14 @@ template <scalar T> struct sphere_hit {
   mask_t<T> valid;
 };
 
-/// Both crossings of a line with a sphere, one sphere for all lanes or one for each, by 25 operations and a square root.
+/// Both crossings of a line with a sphere, one sphere for all lanes or one for each, by 25 operations and a square
+/// root.
 ///
 /// At p = o - c + s d with s = -(o - c).d / d.d, and w = -p.d / d.d for what s is wrong by,
 ///     t = s + (w -+ sqrt(w^2 + (r^2 - p.p) / d.d)):
-/// p is one rounding from the line's point at s whatever s is, so nothing that is squared is larger than the sphere, and
-/// only its own size is lost in what cancels. For a ray that meets the sphere at an angle of a to its normal, each t is
-/// within (1 + tan a) ulp where the origin is far away, and within 12 eps r / (|d| cos a) near.
+/// p is one rounding from the line's point at s whatever s is, so nothing that is squared is larger than the sphere,
+/// and only its own size is lost in what cancels. For a ray that meets the sphere at an angle of a to its normal, each
+/// t is within (1 + tan a) ulp where the origin is far away, and within 12 eps r / (|d| cos a) near.
 /// \pre    d.d, and r^2 / d.d, neither over- nor underflow.
 /// \return `real` is false where the line misses, and where a number is NaN or d is 0. A tangent is real.
 /// \note   Haines, Guenther & Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems,

@@ -23,8 +23,8 @@ template <scalar T> struct quadratic_roots {
 ///
 /// Of these sums only D cancels, and that is a difference of exact products, within 2 u of its own size (u = epsilon /
 /// 2): it has the right sign, and is 0 where it should be. With the roundings of root, sum and quotient, each root is
-/// within 4 u + 16 u^2 of its size of that of the coefficients as given, thus 4 ulp at most, however close the other one
-/// is. What the coefficients are off by is another matter: near a double root, half of the digits.
+/// within 4 u + 16 u^2 of its size of that of the coefficients as given, thus 4 ulp at most, however close the other
+/// one is. What the coefficients are off by is another matter: near a double root, half of the digits.
 ///
 /// Where a = 0, one root is -c / (2 h), the other what it tends to from a > 0: -infinity for h > 0, infinity for h < 0.
 /// So a t^2 + 2 h t + c < 0 between t0 and t1 wherever a >= 0.

@@ -128,8 +128,9 @@ inline vec3<double> quadric_centre(quadric<double> const& q) {
 /// Any box, slab or half space may clip: the axes of object space are those of the planes, whose pairs need not be at
 /// right angles after the map. The form may be of any sign and size: it is scaled by a power of two. Object space is
 /// shifted so that 0 is the quadric's centre, or the point of `clip` nearest to that: 0 in the unit forms.
-/// \throws std::invalid_argument where a number of `form` or `to_world` is not finite; where f is 0 everywhere, nowhere,
-///         or in no more than a line; where `to_world` is singular; where `clip` is empty, NaN, or holds none of f = 0.
+/// \throws std::invalid_argument where a number of `form` or `to_world` is not finite; where f is 0 everywhere,
+///         nowhere, or in no more than a line; where `to_world` is singular; where `clip` is empty, NaN, or holds none
+///         of f = 0.
 inline clipped_quadric<double> make_quadric(quadric<double> const& form,
                                             affine<double> const& to_world = affine<double>::identity(),
                                             box<double> const& clip = whole_space<double>(), ends end = ends::open) {

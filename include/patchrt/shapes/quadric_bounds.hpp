@@ -13,8 +13,8 @@ namespace detail {
 /// Where coordinates in space, value(x) = along.x, may have their extremes on a quadric in a box: where planes of one
 /// value touch the quadric, and its sections by the box's faces and edges; and at corners.
 ///
-/// Planes l.x = w that touch p.Qp + 2 b.p + c = 0 are those with pi.(adj M)pi = 0, pi = (l, -w), where M is the matrix of
-/// the form, and they touch at (adj M)pi, both in homogeneous coordinates. This holds for sections as well, for
+/// Planes l.x = w that touch p.Qp + 2 b.p + c = 0 are those with pi.(adj M)pi = 0, pi = (l, -w), where M is the matrix
+/// of the form, and they touch at (adj M)pi, both in homogeneous coordinates. This holds for sections as well, for
 /// paraboloids, which have no centre, and for the apex of a cone. Where adj M = 0 (cylinders, planes) extremes lie on
 /// faces or edges too.
 class quadric_extremes {
@@ -202,8 +202,8 @@ class quadric_extremes {
 
 }  // namespace detail
 
-/// The box of a clipped quadric in space: exact but for rounding, of a few eps of its sides and place, for surfaces of any
-/// kind under any map; infinite where the surface goes on for ever. Empty where `clip` holds nothing of it.
+/// The box of a clipped quadric in space: exact but for rounding, of a few eps of its sides and place, for surfaces of
+/// any kind under any map; infinite where the surface goes on for ever. Empty where `clip` holds nothing of it.
 /// \throws std::invalid_argument where `rows` are singular or not finite.
 template <std::floating_point T> box<T> bounds(clipped_quadric<T> const& surface) {
   auto const s = convert_quadric<double>(surface);
@@ -211,7 +211,8 @@ template <std::floating_point T> box<T> bounds(clipped_quadric<T> const& surface
   vec3<double> const normal = cross(place.y, place.z);
   double const lost = dot(absolute(place.x), absolute(normal)) / abs(dot(place.x, normal));
 
-  // Infinite sides are tried at two distances: what changes from one to the other a little has an end, else it has none.
+  // Infinite sides are tried at two distances: what changes from one to the other a little has an end, else it has
+  // none.
   double size = 0, most = 0;
   bool is_finite = true;
   auto const& q = s.form;
