@@ -111,4 +111,17 @@ inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& si
   return v;
 }
 
+/// Whether the ray meets the patch of a hit on an edge a little beyond that edge, within the hit's error: no farther out
+/// than joined edges may be apart.
+inline bool meets_beyond_edge(test::oracle const& truth, model_size const& size, ray<double> const& r,
+                              patch_hit const& hit) {
+  if (!(hit.u == 0 || hit.u == 1 || hit.v == 0 || hit.v == 1)) return false;
+  double const reach = std::min(double(hit.error), widest_join * size.diagonal);
+  for (auto const& root : truth.all_hits(test::numbers_of(r), 1e-5))
+    if (root.patch == hit.patch && !root.singular && root.edge_distance >= -reach &&
+        std::abs(root.t - real(hit.t)) * real(test::norm(r.direction)) <= real(hit.error))
+      return true;
+  return false;
+}
+
 }  // namespace patchrt::bench
