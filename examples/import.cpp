@@ -81,6 +81,9 @@ void import_mesh(import_options const& o, std::filesystem::path const& mesh, std
   std::printf(
       "distance from the limit surface, in diagonals, at %zu points: largest %.2g, rms %.2g; %zu patches exact\n",
       d.samples, d.largest, d.rms, d.exact_patches);
+  if (!d.complaints.empty())
+    std::printf("%s: the distance may be wrong, OpenSubdiv says of its limit surface: %s\n", mesh.string().c_str(),
+                d.complaints.c_str());
 }
 
 void import_all(import_options const& o) {

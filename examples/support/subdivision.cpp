@@ -556,6 +556,7 @@ limit_distances subdivision_surface::distances(subdivided_model const& model, in
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return model.domains[a].face < model.domains[b].face; });
+  complaints const said;
   limit_surface limit(*base_, vertices_);
   limit_distances found;
   double sum = 0;
@@ -572,6 +573,7 @@ limit_distances subdivision_surface::distances(subdivided_model const& model, in
     found.largest = std::max(found.largest, largest);
     if (largest <= 1e-13) ++found.exact_patches;
   }
+  found.complaints = complaints::text();
   found.rms = std::sqrt(sum / double(found.samples));
   return found;
 }

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace patchrt::examples {
@@ -47,6 +48,7 @@ struct limit_distances {
   double rms = 0;
   std::size_t samples = 0;
   std::size_t exact_patches = 0;  ///< those with no point farther than 1e-13: rounding
+  std::string complaints;         ///< OpenSubdiv's while it evaluated the limit surface: it may be wrong then
 };
 
 /// The Catmull-Clark surface of a control mesh with creases, by OpenSubdiv.
