@@ -68,6 +68,9 @@ std::vector<vec3<double>> points_on_line(clipped_quadric<double> const& s, vec3<
   return all;
 }
 
+/// As a call of its own: inlined, g++ 12 at -O3 takes the numbers for those before they were rounded.
+PATCHRT_OUTLINE clipped_quadric<float> in_float(clipped_quadric<double> const& s) { return convert_quadric<float>(s); }
+
 clipped_quadric<double> random_surface(generator& g, std::size_t kind, affine<double> const& at) {
   ends const end = g.below(2) ? ends::capped : ends::open;
   double const lo = g.uniform(-2, 0), hi = g.uniform(0.1, 2);
@@ -202,7 +205,7 @@ TEST_CASE("boxes of surfaces in float are in float, and hold those in double of 
   CAPTURE(seed);
   generator g(seed);
   for (int n = 0; n < 1000; ++n) {
-    auto const s = convert_quadric<float>(random_surface(g, std::size_t(n) % 10, g.place()));
+    auto const s = in_float(random_surface(g, std::size_t(n) % 10, g.place()));
     box<float> const b = bounds(s);
     box<double> const wanted = bounds(convert_quadric<double>(s));
     for (int k = 0; k < 3; ++k) {

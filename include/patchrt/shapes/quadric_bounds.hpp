@@ -252,8 +252,11 @@ template <std::floating_point T> box<T> bounds(clipped_quadric<T> const& surface
     };
     constexpr T inf = std::numeric_limits<T>::infinity();
     long double const lo = s.centre[k] + f.lo - padding(below), hi = s.centre[k] + f.hi + padding(above);
-    r.lo[k] = grows(below, n.lo) ? -inf : std::nextafter(static_cast<T>(lo), -inf);
-    r.hi[k] = grows(above, n.hi) ? inf : std::nextafter(static_cast<T>(hi), inf);
+    auto const rounding = [](long double end) {  // to T
+      return std::fabs(end) * std::numeric_limits<T>::epsilon() + std::numeric_limits<T>::denorm_min();
+    };
+    r.lo[k] = grows(below, n.lo) ? -inf : static_cast<T>(lo - rounding(lo));
+    r.hi[k] = grows(above, n.hi) ? inf : static_cast<T>(hi + rounding(hi));
   }
   return r;
 }
