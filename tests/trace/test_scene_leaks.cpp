@@ -141,6 +141,11 @@ TEST_CASE("no ray slips through the inner vertices of a bumpy sheet") {
   CHECK(misses(m, rays) == 0);
 }
 
+TEST_CASE("a triangle of a mesh takes less than 100 bytes with both trees") {
+  auto const shapes = ball({0, 0, 0}, 2, 100).shapes();
+  CHECK(double(build_scene(shapes).bytes()) / double(shapes.size()) < 100);
+}
+
 TEST_CASE("no ray from a hundred thousand radii away slips through a closed mesh") {
   unsigned const seed = 54;
   CAPTURE(seed);
