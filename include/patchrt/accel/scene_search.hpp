@@ -94,6 +94,9 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
         {convert_vec<K>(ray_.origin), convert_vec<K>(ray_.direction), convert<K>(ray_.t_min), convert<K>(ray_.t_max)});
   }
 
+  /// The number of the lowest bit that is set: nvcc 13 miscompiles std::countr_zero.
+  PATCHRT_INLINE static int lowest_bit(unsigned bits) { return std::popcount(~bits & (bits - 1)); }
+
   PATCHRT_INLINE void follow() {
     if constexpr (std::same_as<R, T>) nearest_ = hit_.t;
     else nearest_ = convert<T>(hit_.t - shift_);
@@ -147,7 +150,7 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
       for (float& p : parts) p = std::bit_cast<float>(-1);
       unsigned valid = 0;
       for (unsigned left = mask_bits(lanes); left != 0; left &= left - 1) {
-        int const i = std::countr_zero(left);
+        int const i = lowest_bit(left);
         auto const h = ask(ray<N>{{o[0][i], o[1][i], o[2][i]}, {d[0][i], d[1][i], d[2][i]}, range[0][i], range[1][i]});
         if (!h.valid) continue;
         valid |= 1u << i;
@@ -207,7 +210,7 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     store_lanes(pack_u, u);
     store_lanes(pack_v, v);
     for (; valid != 0; valid &= valid - 1) {
-      int const i = std::countr_zero(valid);
+      int const i = lowest_bit(valid);
       if (block.numbers[i] < 0) return;  // lanes without a shape come last
       accept(R(t[i]), R(u[i]), R(v[i]), true, std::bit_cast<float>(block.numbers[i]), std::bit_cast<float>(-1));
     }
