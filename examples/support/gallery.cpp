@@ -181,8 +181,10 @@ image gallery_view::draw(image_size size) const {
     double const facing = -dot(n, away);
     vec3<double> const mirrored = away + 2 * facing * n;
     double const shine = blocked[k].valid() ? 0 : std::pow(std::max(0., dot(mirrored, to_light)), 60);
+    std::int32_t const shape = hits[seen[k]].shape;
+    bool const is_of_mesh = std::size_t(shape) < shapes_.triangles.size();  // one colour for all of it
     vec3<double> const c =
-        colour_of(hits[seen[k]].shape) * (0.1 + 0.12 * facing + 0.75 * lit) + vec3<double>(0.35 * shine);
+        colour_of(is_of_mesh ? -1 : shape) * (0.1 + 0.12 * facing + 0.75 * lit) + vec3<double>(0.35 * shine);
     pixel const p = tiled_pixel(size, seen[k]);
     picture(p.x, p.y) = {to_byte(c.x), to_byte(c.y), to_byte(c.z)};
   }
