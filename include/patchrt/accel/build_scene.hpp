@@ -36,8 +36,7 @@ template <class... Shapes> struct scene {
 
   scene_view<Shapes...> view() const {
     std::size_t k = 0;
-    scene_view<Shapes...> v{make_list<Shapes>(k++)..., top.view(), wide.view(), bounds, centre, reach};
-    return v;
+    return {make_list<Shapes>(k++)..., top.view(), wide.view(), bounds, centre, reach};
   }
   /// Bytes of both trees and of the shapes as kernels read them.
   std::size_t bytes() const {
@@ -48,8 +47,7 @@ template <class... Shapes> struct scene {
 
  private:
   template <class Shape> shape_list<Shape> make_list(std::size_t k) const {
-    return {std::get<std::vector<typename shape_kind<Shape>::block>>(blocks).data(), first_leaf[k], end_leaf[k],
-            first_shape[k]};
+    return {std::get<std::vector<typename shape_kind<Shape>::block>>(blocks).data(), first_leaf[k], end_leaf[k]};
   }
 };
 
@@ -110,7 +108,7 @@ template <class... Shapes> class scene_builder {
       auto const is_finite = [](vec3<float> const& p) {
         return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
       };
-      if (!(is_empty(b) && b == box<float>::empty()) && !(is_finite(b.lo) && is_finite(b.hi)))
+      if (b != box<float>::empty() && !(is_finite(b.lo) && is_finite(b.hi)))
         throw std::invalid_argument("build_scene: the bounds of shape " + std::to_string(i) + " of list " +
                                     std::to_string(kind) + " are not finite, expected numbers that float holds");
       boxes_.push_back(b);

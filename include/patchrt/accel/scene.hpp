@@ -14,12 +14,11 @@
 
 namespace patchrt {
 
-/// The shapes of one kind, in the order of the leaves. Leaves and shapes are numbered kind by kind.
+/// The shapes of one kind, in the order of the leaves, which are numbered kind by kind.
 template <class Shape> struct shape_list {
   typename shape_kind<Shape>::block const* blocks;
   std::uint32_t first_leaf;
   std::uint32_t end_leaf;
-  std::uint32_t first_shape;
 };
 
 /// A scene as kernels see it, on host or device; `build_scene` makes one.

@@ -81,8 +81,7 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   PATCHRT_INLINE M meet_leaf(std::uint32_t leaf, M const& lanes, T const& entry) {
     entry_ = convert<R>(entry);
     if constexpr (!std::same_as<R, T>) entry_ = entry_ + shift_;
-    bool const is_one = (meet_kind<Shapes>(leaf, lanes) || ...);  // from the last kind to the first
-    (void)is_one;
+    (void)(meet_kind<Shapes>(leaf, lanes) || ...);
     if constexpr (AnyHit) active_ = active_ && !hit_.valid;
     return active_;
   }
