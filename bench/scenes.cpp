@@ -60,45 +60,35 @@ template <class R> std::vector<answer> read(std::vector<scene_hit<R>> const& hit
   return all;
 }
 
-template <class Shape> method our_method(std::string name, std::vector<Shape> const& shapes) {
-  using scene_type = scene<Shape>;
-  std::shared_ptr<scene_type> built;
+/// How rays are given: all in one list, or one a call.
+enum class calls { list, single };
+
+template <class Shape> method our_method(std::string name, std::vector<Shape> const& shapes, calls how) {
+  std::shared_ptr<scene<Shape>> built;
   double const seconds = thread_seconds([&] {
-    built = std::make_shared<scene_type>(
+    built = std::make_shared<scene<Shape>>(
         build_scene<Shape>({.wide = true, .stackless = false}, serial{}, std::span<Shape const>(shapes)));
   });
-  auto const prepare = [built](std::vector<ray<double>> const& rays, query what) -> std::function<void()> {
+  auto const trace_all = [built, how](std::span<ray<float> const> rays, std::span<scene_hit<float>> hits, query what) {
+    auto const view = built->view();
+    if (how == calls::single)
+      for (std::size_t i = 0; i < rays.size(); ++i)
+        hits[i] = what == query::any ? trace::any_hit(view, rays[i]) : trace::closest_hit(view, rays[i]);
+    else if (what == query::any) trace::any_hits(view, rays, hits, serial{});
+    else trace::closest_hits(view, rays, hits, serial{});
+  };
+  auto const prepare = [trace_all](std::vector<ray<double>> const& rays, query what) -> std::function<void()> {
     auto const in = std::make_shared<std::vector<ray<float>>>(narrowed(rays));
     auto const out = std::make_shared<std::vector<scene_hit<float>>>(in->size());
-    return [built, in, out, what] {
-      std::span<ray<float> const> const list(*in);
-      if (what == query::any) trace::any_hits(built->view(), list, std::span(*out), serial{});
-      else trace::closest_hits(built->view(), list, std::span(*out), serial{});
-    };
+    return [trace_all, in, out, what] { trace_all(*in, *out, what); };
   };
-  auto const answers = [built](std::vector<ray<double>> const& rays) {
+  auto const answers = [trace_all](std::vector<ray<double>> const& rays) {
     auto const in = narrowed(rays);
     std::vector<scene_hit<float>> out(in.size());
-    trace::closest_hits(built->view(), std::span<ray<float> const>(in), std::span(out), serial{});
+    trace_all(in, out, query::nearest);
     return read(out);
   };
   return {std::move(name), seconds, double(built->bytes()) / double(shapes.size()), answers, prepare};
-}
-
-/// One ray at a time through the wide tree.
-template <class Shape> method our_single(std::vector<Shape> const& shapes, std::string name) {
-  method m = our_method(std::move(name), shapes);
-  auto const built = std::make_shared<scene<Shape>>(build_scene(shapes));
-  m.prepare = [built](std::vector<ray<double>> const& rays, query what) -> std::function<void()> {
-    auto const in = std::make_shared<std::vector<ray<float>>>(narrowed(rays));
-    auto const out = std::make_shared<std::vector<scene_hit<float>>>(in->size());
-    return [built, in, out, what] {
-      auto const view = built->view();
-      for (std::size_t i = 0; i < in->size(); ++i)
-        (*out)[i] = what == query::any ? trace::any_hit(view, (*in)[i]) : trace::closest_hit(view, (*in)[i]);
-    };
-  };
-  return m;
 }
 
 #if PATCHRT_HAVE_EMBREE
@@ -237,9 +227,10 @@ void study_mesh(std::string const& name, examples::mesh const& m, camera const* 
     plain.push_back({f});
     exact.push_back({{vec3<double>(f.a), vec3<double>(f.b), vec3<double>(f.c)}});
   }
-  std::vector<method> methods{our_method("list, watertight", triangles), our_method("list, Moller-Trumbore", plain),
-                              our_single(triangles, "single, watertight"),
-                              our_single(plain, "single, Moller-Trumbore")};
+  std::vector<method> methods{our_method("list, watertight", triangles, calls::list),
+                              our_method("list, Moller-Trumbore", plain, calls::list),
+                              our_method("single, watertight", triangles, calls::single),
+                              our_method("single, Moller-Trumbore", plain, calls::single)};
 #if PATCHRT_HAVE_EMBREE
   std::span<std::array<std::uint32_t, 3> const> const indices(m.triangles);
   add_embree(methods, std::make_shared<embree_shapes>(vertices, indices, false), indices.size(), "");
@@ -268,7 +259,7 @@ void study_spheres(settings const& s) {
     exact.push_back({vec3<double>(spheres.back().centre), spheres.back().radius});
     all = merge(all, bounds(exact.back()));
   }
-  std::vector<method> methods{our_method("list", spheres), our_single(spheres, "single")};
+  std::vector<method> methods{our_method("list", spheres, calls::list), our_method("single", spheres, calls::single)};
 #if PATCHRT_HAVE_EMBREE
   add_embree(methods, std::make_shared<embree_shapes>(std::span<sphere<float> const>(spheres)), spheres.size(), "");
 #endif
