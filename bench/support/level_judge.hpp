@@ -38,7 +38,7 @@ inline double same_root(accuracy level, ray<double> const& r, model_size const& 
 
 /// A hit against the truth.
 struct hit_verdict {
-  bool is_lost = false;          ///< there is a nearer root, neither grazing nor at an edge
+  bool is_lost = false;          ///< there is a nearer root, by more than `error`, neither grazing nor at an edge
   bool is_lost_grazing = false;  ///< there is a nearer root, within 1e-2 of grazing but regular and inside
   bool is_false = false;         ///< there is no root here, nor is it any of the next two
   bool is_join =
@@ -66,9 +66,11 @@ inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& si
   double const length = test::norm(r.direction), same = same_root(level, r, size);
   double const margin = level == accuracy::fast ? 1e-5 : 1e-12;
   auto const is_steep = [](test::oracle_root const& root) { return root.is_certain(1e-2, 0); };
-  auto const is_nearer = [&](test::oracle_root const& root) {
-    return !((real(hit.t) - root.t) * real(length) <= real(same));
-  };
+  auto const is_nearer =
+      [&](test::oracle_root const& root) {  // than the hit, which is itself where its `error` reaches
+        double const reach = hit.valid() && root.patch == hit.patch ? std::max(same, double(hit.error)) : same;
+        return !((real(hit.t) - root.t) * real(length) <= real(reach));
+      };
   for (auto const& root : roots) {
     if (!is_nearer(root)) break;
     bool const is_inside = root.edge_distance > margin * size.diagonal && root.end_distance * length > same;
