@@ -19,6 +19,7 @@ namespace patchrt {
 struct sah_options {
   int bins = 16;      ///< cells on each axis, 2 to 32
   bool links = true;  ///< whether to make `bvh::links`
+  int whole = 1;      ///< lists of no more boxes are cut one by one, at no cost: for leaves that will hold several
 };
 
 namespace detail {
@@ -31,7 +32,7 @@ namespace detail {
 template <class T, executor E> class sah_builder {
  public:
   sah_builder(std::span<box<T> const> boxes, sah_options const& options, E const& exec)
-      : boxes_(boxes), bins_(options.bins), links_(options.links), exec_(exec) {}
+      : boxes_(boxes), bins_(options.bins), whole_(options.whole), links_(options.links), exec_(exec) {}
 
   bvh<T> build() {
     load();
@@ -117,7 +118,7 @@ template <class T, executor E> class sah_builder {
 
   /// Puts the left side of a list first and returns its length.
   std::size_t split_short(list const& l) {
-    if (l.size == 2) return 1;
+    if (l.size == 2 || l.size <= std::size_t(whole_)) return 1;
     if (l.size <= std::size_t(sah_sweep<T>::few) && l.depth < deepest_sah)
       return sah_sweep<T>::split(l.begin, int(l.size));
     sah_grid<T> const grid(centre_bounds<T>(l.begin, l.begin + l.size), bins_);
@@ -232,7 +233,7 @@ template <class T, executor E> class sah_builder {
   }
 
   std::span<box<T> const> boxes_;
-  int bins_;
+  int bins_, whole_;
   bool links_;
   E const& exec_;
   bvh<T> tree_;
@@ -248,7 +249,7 @@ template <class T, executor E> class sah_builder {
 /// Cost of a split = area(left) |left| + area(right) |right|. The same tree whatever the executor. Boxes of equal
 /// centres are halved in order of index; an empty box becomes a leaf that no ray meets.
 /// \param  boxes of primitives 0, 1, ...; at most 2^30.
-/// \return 2 n - 1 nodes with a depth of at most 64 + log2 n; no nodes for no boxes.
+/// \return 2 n - 1 nodes with a depth of at most 64 + log2 n + `whole`; no nodes for no boxes.
 /// \throws std::invalid_argument naming the primitive whose box has a NaN coordinate.
 /// \note   Wald, "On fast construction of SAH-based bounding volume hierarchies", IEEE RT 2007; Guenther, Popov, Seidel &
 ///         Slusallek, "Realtime ray tracing on GPU with BVH-based packet traversal", IEEE RT 2007.

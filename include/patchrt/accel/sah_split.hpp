@@ -25,6 +25,7 @@ template <class T> struct alignas(16) sah_bounds {
   }
   /// Makes this hold b too.
   void add(sah_bounds const& b) {
+    PATCHRT_VECTORISE
     for (int k = 0; k < 8; ++k) lane[k] = lane[k] < b.lane[k] ? b.lane[k] : lane[k];
   }
   T half_area() const {
@@ -53,12 +54,14 @@ template <class T> struct sah_primitive : sah_bounds<T> {
 template <class T> sah_bounds<T> centre_bounds(sah_primitive<T> const* begin, sah_primitive<T> const* end) {
   constexpr T inf = std::numeric_limits<T>::infinity();
   T lo[4] = {inf, inf, inf, inf}, hi[4] = {-inf, -inf, -inf, -inf};
-  for (; begin != end; ++begin)
+  for (; begin != end; ++begin) {
+    PATCHRT_VECTORISE
     for (int k = 0; k < 4; ++k) {
       T const x = begin->centre(k);
       lo[k] = x < lo[k] ? x : lo[k];
       hi[k] = hi[k] < x ? x : hi[k];
     }
+  }
   return {{-lo[0], -lo[1], -lo[2], -lo[3], hi[0], hi[1], hi[2], hi[3]}};
 }
 
@@ -78,6 +81,7 @@ template <class T> struct sah_grid {
   }
   /// The cell of p on the axes x, y, z; 0 for a centre that is NaN.
   void find(sah_primitive<T> const& p, int (&cell)[4]) const {
+    PATCHRT_VECTORISE
     for (int k = 0; k < 4; ++k) {
       T const x = (p.centre(k) - origin[k]) * scale[k];
       T const y = x < last ? x : last;

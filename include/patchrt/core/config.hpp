@@ -46,5 +46,12 @@
 #  define PATCHRT_UNROLL
 #endif
 
+/// Keeps the loop that follows, of a constant count, for the vectoriser: unrolled early it would be single operations.
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__CUDACC__)
+#  define PATCHRT_VECTORISE _Pragma("GCC unroll 1")
+#else
+#  define PATCHRT_VECTORISE
+#endif
+
 /// States a precondition. Checked where NDEBUG is absent, on host and device alike; never evaluated otherwise.
 #define PATCHRT_EXPECTS(...) assert((__VA_ARGS__))
