@@ -65,6 +65,25 @@ TEMPLATE_TEST_CASE("cross is within 1.5 eps a component, for nearly parallel vec
   }
 }
 
+TEMPLATE_TEST_CASE("fused_cross is within half an eps of its second products and the result", "", float, double) {
+  using T = TestType;
+  unsigned const seed = 4;
+  CAPTURE(seed);
+  std::mt19937 g(seed);
+  for (int n = 0; n < 2000; ++n) {
+    auto const a = random_vector<T>(g);
+    auto const b =
+        n % 2 ? random_vector<T>(g) : T(3) * a + T(4) * std::numeric_limits<T>::epsilon() * random_vector<T>(g);
+    auto const c = fused_cross(a, b);
+    for (int k = 0; k < 3; ++k) {
+      int const i = (k + 1) % 3, j = (k + 2) % 3;
+      rational const second = rational(component(a, j)) * rational(component(b, i));
+      rational const wanted = rational(component(a, i)) * rational(component(b, j)) - second;
+      REQUIRE(error_in_eps(component(c, k), wanted, abs(second) + abs(wanted)) <= 0.5000001);
+    }
+  }
+}
+
 TEMPLATE_TEST_CASE("the cross product of parallel vectors is exactly zero, and axes turn the right way", "", float,
                    double) {
   using T = TestType;

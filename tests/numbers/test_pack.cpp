@@ -185,7 +185,11 @@ TEMPLATE_TEST_CASE("permute gives each lane the lane it is told", "", PATCHRT_TE
     std::int32_t from[lanes];
     for (auto& k : from) k = std::int32_t(g() % unsigned(lanes));
     T const b = permute(a, from);
-    for (int k = 0; k < lanes; ++k) REQUIRE(b[k] == in[from[k]]);
+    auto const order = load_order(a, from);
+    for (int k = 0; k < lanes; ++k) {
+      REQUIRE(b[k] == in[from[k]]);
+      REQUIRE(permute(b, order)[k] == in[from[from[k]]]);
+    }
   }
 }
 
@@ -199,6 +203,33 @@ TEMPLATE_TEST_CASE("records of eight numbers are loaded number by number", "", P
   load_records(in.data() + 1, out);  // at no multiple of the register's size
   for (int k = 0; k < 8; ++k)
     for (int i = 0; i < lanes; ++i) REQUIRE(out[k][i] == L(8 * i + k + 1));
+}
+
+TEMPLATE_TEST_CASE("records of any length are stored number by number", "", PATCHRT_TEST_PACKS) {
+  using T = TestType;
+  using L = lane_t<T>;
+  constexpr int lanes = lanes_v<T>;
+  auto const check = [](auto const& in) {
+    constexpr std::size_t fields = std::extent_v<std::remove_cvref_t<decltype(in)>>;
+    std::vector<L> out(fields * lanes + 2, L(-1));
+    store_records(in, out.data() + 1);  // at no multiple of the register's size
+    REQUIRE((out.front() == L(-1) && out.back() == L(-1)));
+    for (std::size_t k = 0; k < fields; ++k)
+      for (int i = 0; i < lanes; ++i) REQUIRE(out[1 + fields * std::size_t(i) + k] == in[k][i]);
+  };
+  auto const numbered = [](int first) {
+    L lane[lanes];
+    for (int i = 0; i < lanes; ++i) lane[i] = L(first + i);
+    T x;
+    load_lanes(lane, x);
+    return x;
+  };
+  T const one[1] = {numbered(0)};
+  T const three[3] = {numbered(0), numbered(100), numbered(200)};
+  T const five[5] = {numbered(0), numbered(100), numbered(200), numbered(300), numbered(400)};
+  check(one);
+  check(three);
+  check(five);
 }
 
 TEMPLATE_TEST_CASE("masks convert to bits and back, lane 0 lowest", "", PATCHRT_TEST_PACKS) {

@@ -76,12 +76,17 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   PATCHRT_INLINE T const& nearest() const { return nearest_; }
   PATCHRT_INLINE lane_scene_hit<R, T> const& hit() const { return hit_; }
 
-  /// Meets the shapes of a leaf with those lanes that are in its box; `entry` is where.
+  /// Meets the shapes of a leaf with those lanes that are in its box; `entry` is where. Of any hits, which are not compared,
+  /// t is as it is found.
   /// \return the lanes that go on.
   PATCHRT_INLINE M meet_leaf(std::uint32_t leaf, M const& lanes, T const& entry) {
-    entry_ = convert<R>(entry);
-    if constexpr (!std::same_as<R, T>) entry_ = entry_ + shift_;
-    (void)(meet_kind<Shapes>(leaf, lanes) || ...);
+    if constexpr (AnyHit) {
+      entry_ = ray_.t_min;
+    } else {
+      entry_ = convert<R>(entry);
+      if constexpr (!std::same_as<R, T>) entry_ = entry_ + shift_;
+    }
+    (void)(meet_kind<Shapes>(leaf, lanes) || ...);  // a leaf beyond those of all kinds so far is of the next
     if constexpr (AnyHit) active_ = active_ && !hit_.valid;
     return active_;
   }
@@ -109,7 +114,8 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
 
   template <class Shape> PATCHRT_INLINE bool meet_kind(std::uint32_t leaf, M const& lanes) {
     shape_list<Shape> const& list = scene_.template list<Shape>();
-    if (leaf < list.first_leaf || leaf >= list.end_leaf) return false;
+    if constexpr (!std::same_as<Shape, last_shape>)
+      if (leaf >= list.end_leaf) return false;
     auto const& block = list.blocks[leaf - list.first_leaf];
     if constexpr (!shape_kind<Shape>::shares_lanes) meet_one<Shape>(block, lanes);
     else if constexpr (std::same_as<P, void>) meet_each<Shape>(block, lanes);
@@ -179,15 +185,22 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     else return pair{h.t - h.t, h.t - h.t};
   }
 
+  /// A hit, of what a kind's kernel gives.
+  template <class Met> PATCHRT_INLINE static auto hit_of(Met const& m) {
+    if constexpr (requires { normalised(m); }) return normalised(m);
+    else return m;
+  }
+
   /// Each shape of a block with the lanes' rays.
   template <class Shape, class Block> PATCHRT_INLINE void meet_each(Block const& block, M const& lanes) {
     using K = kernel_t<Shape>;
     auto const& r = static_cast<kind_ray_slot<Shape, K> const&>(rays_).ray_of_kind;
     K const low = beyond<K>(ray_.t_min, -1);
     for (int i = 0; i < Block::width && block.numbers[i] >= 0; ++i) {
-      auto const h = shape_kind<Shape>::template meet<K>(r, block.get(i), low, beyond<K>(hit_.t, 1));
-      M const valid = lanes && convert<M>(h.valid);
+      auto const met = shape_kind<Shape>::template meet<K>(r, block.get(i), low, beyond<K>(hit_.t, 1));
+      M const valid = lanes && convert<M>(met.valid);
       if (!any_of(valid)) continue;
+      auto const h = hit_of(met);
       auto const [u, v] = parameters(h);
       accept(convert<R>(h.t), convert<R>(u), convert<R>(v), valid, T(std::bit_cast<float>(block.numbers[i])),
              T(std::bit_cast<float>(-1)));
@@ -199,10 +212,11 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     using N = shape_number_t<Shape>;
     using K = rebind_lane_t<P, N>;
     auto const& r = static_cast<kind_ray_slot<Shape, N> const&>(rays_).ray_of_kind;
-    auto const h = shape_kind<Shape>::template meet<K>(r, block.template get<K>(), K(beyond<N>(ray_.t_min, -1)),
-                                                       K(beyond<N>(hit_.t, 1)));
-    unsigned valid = mask_bits(h.valid);
+    auto const met = shape_kind<Shape>::template meet<K>(r, block.template get<K>(), K(beyond<N>(ray_.t_min, -1)),
+                                                         K(beyond<N>(hit_.t, 1)));
+    unsigned valid = mask_bits(met.valid);
     if (valid == 0) return;
+    auto const h = hit_of(met);
     auto const [pack_u, pack_v] = parameters(h);
     N t[lanes_v<P>], u[lanes_v<P>], v[lanes_v<P>];
     store_lanes(h.t, t);
@@ -212,6 +226,7 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
       int const i = lowest_bit(valid);
       if (block.numbers[i] < 0) return;  // lanes without a shape come last
       accept(R(t[i]), R(u[i]), R(v[i]), true, std::bit_cast<float>(block.numbers[i]), std::bit_cast<float>(-1));
+      if (AnyHit && hit_.valid) return;
     }
   }
 
@@ -243,6 +258,7 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     return convert<M>(smaller);
   }
 
+  using last_shape = typename decltype((std::type_identity<Shapes>{}, ...))::type;
   struct kind_rays : kind_ray_slot<Shapes, kernel_t<Shapes>>... {};
 
   scene_view<Shapes...> const& scene_;

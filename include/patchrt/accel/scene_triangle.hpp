@@ -23,8 +23,8 @@ template <class T, class Form, faces F> struct shape_kind<scene_triangle<T, Form
     return Form::make_ray(r.origin, r.direction);
   }
   template <scalar K, class Ray, class Record>
-  PATCHRT_INLINE static triangle_hit<K> meet(Ray const& r, Record const& t, K t_min, K t_max) {
-    return intersect<Form, F>(r, t, t_min, t_max);
+  PATCHRT_INLINE static triangle_crossing<K> meet(Ray const& r, Record const& t, K t_min, K t_max) {
+    return Form::template meet<F>(r, t, t_min, t_max);
   }
 };
 

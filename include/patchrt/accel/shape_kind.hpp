@@ -32,7 +32,8 @@ struct single_shapes {
 /// for T = N, or for packs of N as well, then by a template over `scalar T`. `t` is the nearest in (t_min, t_max). Where there
 /// is an `intersect_any` too, rays that ask for any hit use that.
 ///
-/// Kinds whose shapes are rows of numbers specialise this, so that the shapes of a leaf share the lanes of a pack.
+/// Kinds whose shapes are rows of numbers specialise this, so that the shapes of a leaf share the lanes of a pack. What their
+/// `meet` gives has `valid`, and either `t` or an overload of `normalised` that makes a hit of it.
 template <class Shape> struct shape_kind : single_shapes {
   struct block {
     Shape shape;
@@ -48,8 +49,9 @@ template <template <class> class Record, class number> struct lane_block {
   static constexpr int width = 8;
   static constexpr std::size_t fields = sizeof(Record<number>) / sizeof(number);
 
-  alignas(32) number lanes[fields][width];
-  std::int32_t numbers[width];  ///< of the shapes; -1 in the lanes behind them
+  /// Of the shapes; -1 in the lanes behind them. First, so that they come with what kernels load anyhow.
+  alignas(fields % 2 == 1 ? 64 : 32) std::int32_t numbers[width];
+  number lanes[fields][width];
 
   /// Shape i.
   PATCHRT_INLINE Record<number> get(int i) const {

@@ -20,91 +20,120 @@ namespace detail {
 /// 64 + log2 n.
 inline constexpr int wide_stack = 8 * 96;
 
-/// slots[o]: the children's slots from far to near for a direction of octant o.
-inline constexpr auto far_to_near = [] {
-  std::array<std::array<std::int32_t, wide_node::width>, 8> slots{};
-  for (std::size_t o = 0; o < 8; ++o)
-    for (std::size_t k = 0; k < 8; ++k) slots[o][k] = static_cast<std::int32_t>((7 - k) ^ o);
-  return slots;
-}();
+/// How rays of one octant walk: where the rows of `wide_node::bounds` of those planes begin that they pass first, and last, by
+/// axis; and the children's slots from far to near.
+struct wide_octant {
+  std::int32_t far_to_near[wide_node::width];
+  std::uint32_t near[3];
+  std::uint32_t far[3];
+  std::uint16_t met[256];
+};
 
-/// Which planes of boxes rays of one octant pass first, and last: where the rows of `wide_node::bounds` begin, by axis.
-struct wide_planes {
-  std::size_t near[3], far[3];
-
-  PATCHRT_INLINE explicit wide_planes(unsigned octant) {
-    for (unsigned a = 0; a < 3; ++a) {
-      unsigned const backward = octant >> a & 1u;
-      near[a] = wide_node::width * (2 * a + backward);
-      far[a] = wide_node::width * (2 * a + 1 - backward);
+inline constexpr auto wide_octants = [] {
+  std::array<wide_octant, 8> octants{};
+  constexpr std::uint32_t width = wide_node::width;
+  for (std::uint32_t o = 0; o < 8; ++o) {
+    for (std::uint32_t k = 0; k < width; ++k) octants[o].far_to_near[k] = static_cast<std::int32_t>((7 - k) ^ o);
+    for (std::uint32_t m = 1; m < 256; ++m) {
+      std::uint32_t in_order = 0, nearest = 0;
+      for (std::uint32_t k = 0; k < width; ++k)
+        if ((m >> ((7 - k) ^ o) & 1u) != 0) {
+          in_order |= 1u << k;
+          nearest = (7 - k) ^ o;
+        }
+      octants[o].met[m] = static_cast<std::uint16_t>(in_order << 8 | nearest);
+    }
+    for (std::uint32_t a = 0; a < 3; ++a) {
+      std::uint32_t const backward = o >> a & 1u;
+      octants[o].near[a] = width * (2 * a + backward);
+      octants[o].far[a] = width * (2 * a + 1 - backward);
     }
   }
-  /// Of all children of a node, a lane each.
-  template <class P> PATCHRT_INLINE static vec3<P> load(wide_node const& n, std::size_t const (&rows)[3]) {
-    float const* const b = n.bounds[0];
-    return {P::load(b + rows[0]), P::load(b + rows[1]), P::load(b + rows[2])};
-  }
-  /// Of one.
-  PATCHRT_INLINE static vec3<float> load(wide_node const& n, std::size_t const (&rows)[3], unsigned slot) {
-    float const* const b = n.bounds[0] + slot;
-    return {b[rows[0]], b[rows[1]], b[rows[2]]};
-  }
-};
+  return octants;
+}();
+
+/// A plane of all children of a node, by axis, a lane each.
+template <class P> PATCHRT_INLINE vec3<P> load_planes(wide_node const& n, std::uint32_t const (&rows)[3]) {
+  float const* const b = n.bounds[0];
+  return {P::load(b + rows[0]), P::load(b + rows[1]), P::load(b + rows[2])};
+}
+/// Of one.
+PATCHRT_INLINE vec3<float> load_planes(wide_node const& n, std::uint32_t const (&rows)[3], unsigned slot) {
+  float const* const b = n.bounds[0] + slot;
+  return {b[rows[0]], b[rows[1]], b[rows[2]]};
+}
 
 }  // namespace detail
 
-/// Walks the tree for one ray. `P` is a pack of eight floats.
+/// A ray on its way through a wide tree. `step` takes it on by a node or a leaf, so that several rays can take turns: each
+/// waits for its own boxes' data and comparisons only. `P` is a pack of eight floats.
 ///
-/// `nearest()` is the t beyond which boxes are skipped; `leaf(number, entry)` is called for leaves that the ray meets, with the
-/// t at which it enters, and ends the walk by true. With `AnyHit` in no particular order, else from near to far, about.
-/// \return whether `leaf` ended it.
-template <bool AnyHit, class P, class Nearest, class Leaf>
-PATCHRT_INLINE bool traverse_wide(wide_bvh_view const& tree, watertight_slab_ray<float> const& ray, float t_min,
-                                  Nearest const& nearest, Leaf const& leaf) {
-  if (tree.count == 0) return false;
-  unsigned const octant =
-      unsigned(ray.inverse.x < 0) | unsigned(ray.inverse.y < 0) << 1 | unsigned(ray.inverse.z < 0) << 2;
-  detail::wide_planes const planes(octant);
-  auto const in_lanes = [](vec3<float> const& v) { return vec3<P>{P(v.x), P(v.y), P(v.z)}; };
-  watertight_slab_ray<P> const wide{in_lanes(ray.origin), in_lanes(ray.inverse), in_lanes(ray.exit_inverse)};
-  std::int32_t const* const order = detail::far_to_near[octant].data();
-  P const start(t_min);
-  float entries[detail::wide_stack];
-  float waiting[detail::wide_stack];  // bits of children
-  int count = 0;
-  std::uint32_t current = 0;
-  float entry = t_min;
-  for (;;) {
-    if ((current & wide_node::leaf) == 0) {
-      wide_node const& n = tree.nodes[current];
-      auto const span =
-          intersect(wide, planes.load<P>(n, planes.near), planes.load<P>(n, planes.far), start, P(nearest()));
-      auto const in_order = [&](P const& x) PATCHRT_INLINE_LAMBDA {
-        if constexpr (AnyHit) return x;
-        else return permute(x, order);
-      };
-      P const from = in_order(span.entry);
-      unsigned const met = at_most_bits(from, in_order(span.exit));
-      if (met != 0) {
-        int const last = std::bit_width(met) - 1;
-        current = n.child[AnyHit ? unsigned(last) : unsigned(7 - last) ^ octant];
-        store_some(met, from, entries + count);
-        store_some(met, in_order(P::load(reinterpret_cast<float const*>(n.child))), waiting + count);
-        count += std::popcount(met) - 1;
-        entry = entries[count];
-        continue;
-      }
-    } else if (leaf(current & ~wide_node::leaf, entry)) {
-      return true;
+/// `nearest()` is the t beyond which boxes are skipped; `leaf(number, entry)` is called for leaves that the ray meets, with
+/// the t at which it enters their box or, with `AnyHit`, t_min. The order of leaves is about from near to far, with `AnyHit` no
+/// particular one.
+template <bool AnyHit, class P> class wide_walk {
+ public:
+  /// \pre The tree has a node.
+  PATCHRT_INLINE wide_walk(wide_bvh_view const& tree, watertight_slab_ray<float> const& ray, float t_min)
+      : nodes_(tree.nodes),
+        octant_(unsigned(ray.inverse.x < 0) | unsigned(ray.inverse.y < 0) << 1 | unsigned(ray.inverse.z < 0) << 2),
+        planes_(&detail::wide_octants[octant_]),
+        slabs_{{P(ray.origin.x), P(ray.origin.y), P(ray.origin.z)},
+               {P(ray.inverse.x), P(ray.inverse.y), P(ray.inverse.z)},
+               {P(ray.exit_inverse.x), P(ray.exit_inverse.y), P(ray.exit_inverse.z)}},
+        t_min_(t_min) {
+    entries_[0] = t_min;
+  }
+
+  /// \return whether there is more to do: neither did `leaf` return true nor are all boxes done.
+  template <class Nearest, class Leaf> PATCHRT_INLINE bool step(Nearest const& nearest, Leaf const& leaf) {
+    int const count = count_;
+    std::uint32_t const current = current_;
+    if ((current & wide_node::leaf) != 0) {
+      if (leaf(current & ~wide_node::leaf, entries_[AnyHit ? 0 : count])) return false;
+      return take_next(count, nearest);
     }
+    wide_node const& n = nodes_[current];
+    auto const span = intersect(slabs_, detail::load_planes<P>(n, planes_->near),
+                                detail::load_planes<P>(n, planes_->far), t_min_, P(nearest()));
+    unsigned const met = at_most_bits(span.entry, span.exit);
+    if (met == 0) return take_next(count, nearest);
+    count_ = count + std::popcount(met) - 1;
+    P const children = P::load(reinterpret_cast<float const*>(n.child));
+    if constexpr (AnyHit) {
+      current_ = n.child[std::bit_width(met) - 1];
+      store_some(met, children, waiting_ + count);
+    } else {
+      unsigned const found = planes_->met[met];
+      current_ = n.child[found & 7u];
+      auto const order = load_order(t_min_, planes_->far_to_near);
+      store_some(found >> 8, permute(span.entry, order), entries_ + count);
+      store_some(found >> 8, permute(children, order), waiting_ + count);
+    }
+    return true;
+  }
+
+ private:
+  template <class Nearest> PATCHRT_INLINE bool take_next(int count, Nearest const& nearest) {
     do {
       if (count == 0) return false;
       --count;
-    } while (!(entries[count] <= nearest()));
-    current = std::bit_cast<std::uint32_t>(waiting[count]);
-    entry = entries[count];
+    } while (!AnyHit && !(entries_[count] <= nearest()));
+    current_ = std::bit_cast<std::uint32_t>(waiting_[count]);
+    count_ = count;
+    return true;
   }
-}
+
+  wide_node const* nodes_;
+  unsigned octant_;
+  detail::wide_octant const* planes_;
+  watertight_slab_ray<P> slabs_;
+  P t_min_;
+  int count_ = 0;  // of those that wait, behind which is the current one's entry
+  std::uint32_t current_ = 0;
+  float entries_[detail::wide_stack];
+  float waiting_[detail::wide_stack];  // bits of children
+};
 
 namespace detail {
 
@@ -160,31 +189,33 @@ PATCHRT_INLINE void traverse_wide_bundle(wide_bvh_view const& tree, watertight_s
     bundle.most_exit[a] = P(high * detail::exit_widening<float>());
   }
   bundle.t_min = P(least(t_min));
-  detail::wide_planes const planes(octant);
-  std::int32_t const* const order = detail::far_to_near[octant].data();
-  P const slots = P::load(reinterpret_cast<float const*>(order));
+  detail::wide_octant const& planes = detail::wide_octants[octant];
+  P const slots = P::load(reinterpret_cast<float const*>(planes.far_to_near));
+  auto const order = load_order(slots, planes.far_to_near);
   float farthest = most(nearest());
   float entries[detail::wide_stack];
   float waiting[detail::wide_stack];  // bits of slots
-  std::uint32_t parents[detail::wide_stack];
+  float parents[detail::wide_stack];  // bits of nodes
   int count = 0;
   std::uint32_t current = 0;
   for (;;) {
     wide_node const& n = tree.nodes[current];
-    auto const span = bundle.intersect(planes.load<P>(n, planes.near), planes.load<P>(n, planes.far), P(farthest));
+    auto const span =
+        bundle.intersect(detail::load_planes<P>(n, planes.near), detail::load_planes<P>(n, planes.far), P(farthest));
     P const from = permute(span.entry, order);
     unsigned const met = at_most_bits(from, permute(span.exit, order));
     store_some(met, from, entries + count);
     store_some(met, slots, waiting + count);
-    for (int end = count + std::popcount(met); count < end; ++count) parents[count] = current;
+    store_lanes(P(std::bit_cast<float>(current)), parents + count);
+    count += std::popcount(met);
     for (;;) {
       if (count == 0) return;
       --count;
       if (!(entries[count] <= farthest)) continue;
-      wide_node const& parent = tree.nodes[parents[count]];
+      wide_node const& parent = tree.nodes[std::bit_cast<std::uint32_t>(parents[count])];
       unsigned const slot = std::bit_cast<std::uint32_t>(waiting[count]);
-      auto const met_by = intersect(rays, planes.load(parent, planes.near, slot), planes.load(parent, planes.far, slot),
-                                    t_min, nearest());
+      auto const met_by = intersect(rays, detail::load_planes(parent, planes.near, slot),
+                                    detail::load_planes(parent, planes.far, slot), t_min, nearest());
       auto const in = lanes && met_by.entry <= met_by.exit;
       if (!any_of(in)) continue;
       std::uint32_t const child = parent.child[slot];

@@ -46,6 +46,11 @@ template <scalar T> PATCHRT_INLINE vec3<T> cross(vec3<T> const& a, vec3<T> const
           difference_of_products(a.x, b.y, a.y, b.x)};
 }
 
+/// a x b by the fewest operations: each component within u (p + |a x b|), p the second of its two products.
+template <scalar T> PATCHRT_INLINE vec3<T> fused_cross(vec3<T> const& a, vec3<T> const& b) {
+  return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};
+}
+
 /// s a + b, fused.
 template <scalar T> PATCHRT_INLINE vec3<T> fma(T s, vec3<T> const& a, vec3<T> const& b) {
   return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};

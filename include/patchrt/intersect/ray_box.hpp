@@ -98,8 +98,9 @@ template <scalar T> struct watertight_slab_ray {
 
 template <scalar T>
 PATCHRT_INLINE watertight_slab_ray<T> make_watertight_slab_ray(vec3<T> const& origin, vec3<T> const& direction) {
-  vec3<T> const inverse = make_slab_ray(origin, direction).inverse;
-  return {origin, inverse, scale(inverse, T(detail::exit_widening<lane_t<T>>()))};
+  T const one(1), widening(detail::exit_widening<lane_t<T>>());
+  T const x = one / direction.x, y = one / direction.y, z = one / direction.z;
+  return {{origin.x, origin.y, origin.z}, {x, y, z}, {x * widening, y * widening, z * widening}};
 }
 
 /// The part of [t_min, t_max] that r spends in b, up to the widened exit. A span's entry is within gamma(3) of the truth.

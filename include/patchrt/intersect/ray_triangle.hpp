@@ -57,28 +57,34 @@ template <scalar T> struct plane_crossing {
   T scale;
 };
 
-/// The lanes whose weights are of one sign and whose t is in its range; `plane()` is asked for where any weights are.
+/// The lanes whose weights are of one sign and whose t is in its range. With `Early`, `plane()` is asked for only where any
+/// weights are: many rays mostly miss a triangle, of many triangles a ray mostly meets one.
 ///
 /// All signs are those of the front: where the back is met, all numbers change theirs. fma(t_min, scale, -distance) is
 /// a single rounding, which keeps the sign. Where scale is 0 or less, t_min < t < t_max cannot hold: no such lane is
 /// valid. Nor is one whose ray goes along the triangle so that all weights are 0.
-template <faces F, scalar T, class Plane>
+template <faces F, bool Early, scalar T, class Plane>
 PATCHRT_INLINE triangle_crossing<T> cross_in_range(T u, T v, T w, T t_min, T t_max, Plane const& plane) {
-  T const zero(lane_t<T>(0));
-  auto const front = zero <= u && zero <= v && zero <= w;
-  auto inside = front;
-  if constexpr (F == faces::both) inside = front || (u <= zero && v <= zero && w <= zero);
-  if (!any_of(inside)) return {zero, zero, zero, zero, zero, inside};
+  using L = lane_t<T>;
+  T const zero(L(0));
+  T total = (u + v) + w, side(L(1));
+  if constexpr (F == faces::both) {
+    side = copysign(side, total);
+    u = side * u;
+    v = side * v;
+    w = side * w;
+    total = abs(total);
+  }
+  auto const inside = zero <= u && zero <= v && zero <= w && zero < total;
+  if constexpr (Early)
+    if (!any_of(inside)) return {zero, zero, zero, zero, zero, inside};
   auto [distance, scale] = plane();
   if constexpr (F == faces::both) {
-    distance = select(front, distance, -distance);
-    scale = select(front, scale, -scale);
-    u = select(front, u, -u);
-    v = select(front, v, -v);
-    w = select(front, w, -w);
+    distance = side * distance;
+    scale = side * scale;
   }
   auto const in_range = zero < fma(-t_min, scale, distance) && fma(-t_max, scale, distance) < zero;
-  return {distance, scale, u, v, w, inside && in_range && zero < (u + v) + w};
+  return {distance, scale, u, v, w, inside && in_range};
 }
 
 /// `rounding` (m.|ao| + |t| m.|d|) |d| / (|n.d| - `rounding` m.|d|), infinite where n.d may be 0.
@@ -153,7 +159,7 @@ struct engine_form {
     T const u = dot(detail::in_lanes<T>(p.ac), aod);
     T const v = dot(detail::in_lanes<T>(p.ba), aod);
     T const w = dot(detail::in_lanes<T>(p.cb), bod);
-    return detail::cross_in_range<F>(u, v, w, t_min, t_max, [&] {
+    return detail::cross_in_range<F, std::same_as<R, T>>(u, v, w, t_min, t_max, [&] {
       vec3<T> const n = detail::in_lanes<T>(p.n);
       return detail::plane_crossing<T>{dot(n, ao), -dot(n, d)};
     });
@@ -199,9 +205,9 @@ struct moller_trumbore_form {
     vec3<T> const d = detail::in_lanes<T>(r.direction);
     vec3<T> const ab = detail::in_lanes<T>(p.ab), ac = detail::in_lanes<T>(p.ac);
     vec3<T> const ao = difference(detail::in_lanes<T>(r.origin), detail::in_lanes<T>(p.a));
-    vec3<T> const across = patchrt::cross(d, ac), along = patchrt::cross(ao, ab);
+    vec3<T> const across = fused_cross(d, ac), along = fused_cross(ao, ab);
     T const determinant = dot(ab, across), u = dot(ao, across), v = dot(d, along);
-    return detail::cross_in_range<F>(u, v, determinant - (u + v), t_min, t_max, [&] {
+    return detail::cross_in_range<F, std::same_as<R, T>>(u, v, determinant - (u + v), t_min, t_max, [&] {
       return detail::plane_crossing<T>{dot(ac, along), determinant};
     });
   }

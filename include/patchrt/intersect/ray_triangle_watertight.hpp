@@ -69,7 +69,7 @@ struct watertight_form {
     T const w = difference_of_products(cx, by, cy, bx);
     T const u = difference_of_products(ax, cy, ay, cx);
     T const v = difference_of_products(bx, ay, by, ax);
-    return detail::cross_in_range<F>(u, v, w, t_min, t_max, [&] {
+    return detail::cross_in_range<F, std::same_as<R, T>>(u, v, w, t_min, t_max, [&] {
       vec3<T> const along = detail::in_lanes<T>(r.along);
       T const distance = fma(u, dot(along, b), fma(v, dot(along, c), w * dot(along, a)));
       return detail::plane_crossing<T>{distance, (u + v) + w};

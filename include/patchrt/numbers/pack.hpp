@@ -270,25 +270,59 @@ template <class T, int N> PATCHRT_INLINE unsigned mask_bits(pack_mask<T, N> cons
 template <class T, int N> PATCHRT_INLINE void store_lanes(pack<T, N> const& x, T* lanes) { x.store(lanes); }
 
 template <class T, int N> PATCHRT_INLINE void load_lanes(T const* lanes, pack<T, N>& x) { x = pack<T, N>::load(lanes); }
-template <class T, int N> PATCHRT_INLINE pack<T, N> permute(pack<T, N> const& x, std::int32_t const* index) {
+namespace detail {
+/// An order of lanes as the machine's permutations take it: in a register where it has one.
+template <class T, int N> struct order_index {
+  using type = std::int32_t const*;
+  PATCHRT_INLINE static type load(std::int32_t const* index) { return index; }
+};
 #if defined(__AVX512F__)
-  if constexpr (sizeof(T) == 4 && pack<T, N>::parts == 1 && N == 16) {
-    pack<T, N> r;
-    r.part[0] = _mm512_maskz_permutexvar_ps(0xffff, _mm512_loadu_si512(index), x.part[0]);
-    return r;
-  }
+template <> struct order_index<float, 16> {
+  using type = __m512i;
+  PATCHRT_INLINE static type load(std::int32_t const* index) { return _mm512_loadu_si512(index); }
+};
 #endif
 #if defined(__AVX2__)
-  if constexpr (sizeof(T) == 4 && pack<T, N>::parts == 1 && N == 8) {
-    pack<T, N> r;
-    r.part[0] = _mm256_permutevar8x32_ps(x.part[0], _mm256_loadu_si256(reinterpret_cast<__m256i const*>(index)));
-    return r;
+template <> struct order_index<float, 8> {
+  using type = __m256i;
+  PATCHRT_INLINE static type load(std::int32_t const* index) {
+    return _mm256_loadu_si256(reinterpret_cast<__m256i const*>(index));
   }
+};
 #endif
-  alignas(64) T from[N], to[N];
-  x.store(from);
-  for (int i = 0; i < N; ++i) to[i] = from[index[i]];
-  return pack<T, N>::load(to);
+}  // namespace detail
+
+/// An order of the lanes of a pack, for many permutations.
+template <class T, int N> struct lane_order { typename detail::order_index<T, N>::type index; };
+/// That order for packs like the first argument; `index` must outlive it.
+template <class T, int N> PATCHRT_INLINE lane_order<T, N> load_order(pack<T, N> const&, std::int32_t const* index) {
+  return {detail::order_index<T, N>::load(index)};
+}
+
+template <class T, int N> PATCHRT_INLINE pack<T, N> permute(pack<T, N> const& x, lane_order<T, N> const& order) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(T) == 4 && N == 16) {
+    pack<T, N> r;
+    r.part[0] = _mm512_maskz_permutexvar_ps(0xffff, order.index, x.part[0]);
+    return r;
+  } else
+#endif
+#if defined(__AVX2__)
+      if constexpr (sizeof(T) == 4 && N == 8) {
+    pack<T, N> r;
+    r.part[0] = _mm256_permutevar8x32_ps(x.part[0], order.index);
+    return r;
+  } else
+#endif
+  {
+    alignas(64) T from[N], to[N];
+    x.store(from);
+    for (int i = 0; i < N; ++i) to[i] = from[order.index[i]];
+    return pack<T, N>::load(to);
+  }
+}
+template <class T, int N> PATCHRT_INLINE pack<T, N> permute(pack<T, N> const& x, std::int32_t const* index) {
+  return permute(x, load_order(x, index));
 }
 
 template <class T, int N> PATCHRT_INLINE T least_lane(pack<T, N> const& x) {
@@ -462,5 +496,46 @@ template <class To, class From, int N> struct scalar_convert<pack_mask<To, N>, p
     else return pack_mask<To, N>::from_bits(m.bits());
   }
 };
+
+namespace detail {
+/// Records of F numbers, 16 records a row of F registers: the record of each number of a row, and the numbers of each field.
+template <std::size_t F> struct record_rows {
+  alignas(64) std::int32_t record[F][16];
+  std::uint16_t of_field[F][F];
+};
+template <std::size_t F>
+inline constexpr record_rows<F> rows_of_records = [] {
+  record_rows<F> rows{};
+  for (std::size_t at = 0; at < 16 * F; ++at) {
+    rows.record[at / 16][at % 16] = static_cast<std::int32_t>(at / F);
+    rows.of_field[at / 16][at % F] |= static_cast<std::uint16_t>(1u << at % 16);
+  }
+  return rows;
+}();
+}  // namespace detail
+
+/// N records of F numbers each, one after the other in memory: records[F i + k] = in[k][i].
+template <class T, int N, std::size_t F> PATCHRT_INLINE void store_records(pack<T, N> const (&in)[F], T* records) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(T) == 4 && N == 16) {
+    auto const& rows = detail::rows_of_records<F>;
+    PATCHRT_UNROLL
+    for (std::size_t row = 0; row < F; ++row) {
+      __m512i const record = _mm512_load_si512(rows.record[row]);
+      __m512 out = in[0].part[0];
+      PATCHRT_UNROLL
+      for (std::size_t k = 0; k < F; ++k)
+        out = _mm512_mask_permutexvar_ps(out, rows.of_field[row][k], record, in[k].part[0]);
+      _mm512_storeu_ps(records + 16 * row, out);
+    }
+    return;
+  }
+#endif
+  alignas(64) T lane[N];
+  for (std::size_t k = 0; k < F; ++k) {
+    in[k].store(lane);
+    for (std::size_t i = 0; i < std::size_t(N); ++i) records[F * i + k] = lane[i];
+  }
+}
 
 }  // namespace patchrt

@@ -4,7 +4,7 @@
 
 /// \file
 /// Lists of rays to lists of hits in a scene, on the CPU. Packs of rays that keep together walk the wide tree as one,
-/// others ray by ray. Needs the component `patchrt::pack`.
+/// others take turns. Needs the component `patchrt::pack`.
 
 #include <patchrt/accel/scene_search.hpp>
 #include <patchrt/accel/traverse_wide.hpp>
@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <span>
 
 namespace patchrt::trace {
@@ -30,57 +31,124 @@ using box_lanes = pack<float, wide_node::width>;
 template <class... Shapes> inline constexpr bool wants_packs = (shape_kind<Shapes>::wants_packs || ...);
 
 /// Whether the rays of a pack are near enough to each other to walk as a bundle: origins within a sixteenth of the scene,
-/// directions within about 15 degrees of that of lane i.
-template <scalar R> bool keeps_together(ray<R> const& r, mask_t<R> const& lanes, int i, double reach) {
-  using L = lane_t<R>;
-  vec3<R> const o(R(r.origin.x[i]), R(r.origin.y[i]), R(r.origin.z[i]));
-  vec3<R> const d(R(r.direction.x[i]), R(r.direction.y[i]), R(r.direction.z[i]));
-  auto const near = sum_of_magnitudes(difference(r.origin, o)) <= R(L(reach / 16)) &&
-                    sum_of_magnitudes(difference(r.direction, d)) <= R(L(0.25)) * sum_of_magnitudes(d);
-  return !any_of(lanes && !near);
+/// directions within about 15 degrees of the first.
+template <class R> PATCHRT_INLINE bool keep_together(ray<R> const* rays, double reach) {
+  using record = pack<R, 8>;
+  static_assert(sizeof(ray<R>) == 8 * sizeof(R));
+  record const first = record::load(&rays->origin.x);
+  record spread(R(0));
+  for (int i = 1; i < scene_width; ++i) spread = max(abs(record::load(&rays[i].origin.x) - first), spread);
+  R const of_origins = static_cast<R>(reach / 16), of_directions = sum_of_magnitudes(rays->direction) / 8;
+  R by[8];
+  spread.store(by);
+  return by[0] <= of_origins && by[1] <= of_origins && by[2] <= of_origins && by[3] <= of_directions &&
+         by[4] <= of_directions && by[5] <= of_directions;
 }
 
 template <bool AnyHit, class R, class... Shapes>
-void trace_one(scene_view<Shapes...> const& scene, ray<R> const& r, scene_hit<R>& hit) {
-  patchrt::detail::scene_search<AnyHit, float, R, box_lanes, Shapes...> search(scene, r, true);
-  if (!search.active()) return;
-  (void)traverse_wide<AnyHit, box_lanes>(
-      scene.wide, search.slabs(), search.t_min(), [&]() PATCHRT_INLINE_LAMBDA { return search.nearest(); },
-      [&](std::uint32_t leaf, float entry) PATCHRT_INLINE_LAMBDA { return !search.meet_leaf(leaf, true, entry); });
-  auto const& h = search.hit();
-  if (h.valid)
-    hit = {h.t, h.u, h.v, std::bit_cast<std::int32_t>(h.shape_bits), std::bit_cast<std::int32_t>(h.part_bits)};
+using search_of_one = patchrt::detail::scene_search<AnyHit, float, R, box_lanes, Shapes...>;
+
+/// By a node or a leaf.
+template <class Search, class Walk> PATCHRT_INLINE bool step(Search& search, Walk& walk) {
+  return walk.step([&]() PATCHRT_INLINE_LAMBDA { return search.nearest(); },
+                   [&](std::uint32_t leaf, float entry)
+                       PATCHRT_INLINE_LAMBDA { return !search.meet_leaf(leaf, true, entry); });
 }
 
+template <class R, class Hit> PATCHRT_INLINE scene_hit<R> scene_hit_of(Hit const& h) {
+  if (!h.valid) return {};
+  return {h.t, h.u, h.v, std::bit_cast<std::int32_t>(h.shape_bits), std::bit_cast<std::int32_t>(h.part_bits)};
+}
+
+template <bool AnyHit, class R, class... Shapes>
+PATCHRT_OUTLINE scene_hit<R> trace_one(scene_view<Shapes...> const& scene, ray<R> const& r) {
+  search_of_one<AnyHit, R, Shapes...> search(scene, r, true);
+  if (!search.active() || scene.wide.count == 0) return {};
+  wide_walk<AnyHit, box_lanes> walk(scene.wide, search.slabs(), search.t_min());
+  while (step(search, walk)) {
+  }
+  return scene_hit_of<R>(search.hit());
+}
+
+/// Rays that take turns, each a step at a time. A step is a chain of operations that wait for each other, or for memory: alone
+/// it leaves most of the machine idle.
+inline constexpr std::size_t rays_in_turn = 4;
+
+template <bool AnyHit, class R, class... Shapes>
+void trace_in_turn(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays, std::span<scene_hit<R>> hits) {
+  struct turn {
+    std::optional<search_of_one<AnyHit, R, Shapes...>> search;
+    std::optional<wide_walk<AnyHit, box_lanes>> walk;
+    std::size_t number;
+  };
+  std::array<turn, rays_in_turn> turns;
+  std::array<turn*, rays_in_turn> under_way;
+  std::size_t count = 0, next = 0;
+  auto const begin = [&](turn& t) PATCHRT_INLINE_LAMBDA {
+    while (next < rays.size()) {
+      t.number = next++;
+      t.search.emplace(scene, rays[t.number], true);
+      if (!t.search->active() || scene.wide.count == 0) {
+        hits[t.number] = {};
+        continue;
+      }
+      t.walk.emplace(scene.wide, t.search->slabs(), t.search->t_min());
+      return true;
+    }
+    return false;
+  };
+  for (turn& t : turns)
+    if (begin(t)) under_way[count++] = &t;
+  while (count > 0)
+    for (std::size_t i = 0; i < count; ++i) {
+      turn& t = *under_way[i];
+      if (step(*t.search, *t.walk)) continue;
+      hits[t.number] = scene_hit_of<R>(t.search->hit());
+      if (!begin(t)) under_way[i--] = under_way[--count];
+    }
+}
+
+/// Hits of a pack to a list.
+template <class R, class Hit> PATCHRT_INLINE void store_hits(Hit const& h, scene_hit<R>* hits) {
+  constexpr int N = scene_width;
+  using numbers = pack<R, N>;
+  numbers const t = select(convert<mask_t<numbers>>(h.valid), h.t, numbers(std::numeric_limits<R>::infinity()));
+  if constexpr (sizeof(scene_hit<R>) == 5 * sizeof(float)) {
+    pack<float, N> const fields[5] = {t, h.u, h.v, h.shape_bits, h.part_bits};
+    float records[5 * N];
+    store_records(fields, records);
+    std::memcpy(hits, records, sizeof records);
+  } else {
+    R lanes[3][N];
+    float bits[2][N];
+    t.store(lanes[0]);
+    h.u.store(lanes[1]);
+    h.v.store(lanes[2]);
+    h.shape_bits.store(bits[0]);
+    h.part_bits.store(bits[1]);
+    for (int i = 0; i < N; ++i)
+      hits[i] = {lanes[0][i], lanes[1][i], lanes[2][i], std::bit_cast<std::int32_t>(bits[0][i]),
+                 std::bit_cast<std::int32_t>(bits[1][i])};
+  }
+}
+
+/// A pack of rays that keep together; those of lanes that are not in `on` are not traced.
 template <bool AnyHit, class R, class... Shapes>
 void trace_pack(scene_view<Shapes...> const& scene, ray<R> const* rays, scene_hit<R>* hits, std::uint32_t on) {
   constexpr int N = scene_width;
   using T = pack<float, N>;
   using M = mask_t<T>;
-  static_assert(sizeof(ray<R>) == 8 * sizeof(R));
   pack<R, N> r[8];
   load_records(&rays->origin.x, r);
-  // The lists stream through the cache: ask for the lines of the pack after the next.
-  constexpr int line = 64;
-  for (std::size_t i = 0; i < N * sizeof(ray<R>); i += line)
-    __builtin_prefetch(reinterpret_cast<char const*>(rays + 2 * N) + i);
-  for (std::size_t i = 0; i < N * sizeof(scene_hit<R>); i += line)
-    __builtin_prefetch(reinterpret_cast<char const*>(hits + 2 * N) + i, 1);
-  static constexpr std::array<scene_hit<R>, N> misses{};
-  std::memcpy(hits, misses.data(), sizeof misses);
   ray<pack<R, N>> const pack_of_rays{{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[6], r[7]};
-  if (!wants_packs<Shapes...> &&
-      !keeps_together(pack_of_rays, mask_t<pack<R, N>>::from_bits(on), std::countr_zero(on), scene.reach)) {
-    for (; on != 0; on &= on - 1) {
-      int const i = std::countr_zero(on);
-      trace_one<AnyHit>(scene, rays[i], hits[i]);
-    }
-    return;
-  }
   patchrt::detail::scene_search<AnyHit, T, pack<R, N>, void, Shapes...> search(scene, pack_of_rays, M::from_bits(on));
   auto const span = patchrt::intersect(search.slabs(), scene.bounds, search.t_min(), search.nearest());
   on = (search.active() && span.entry <= span.exit).bits();
-  if (on == 0) return;
+  if (on == 0) {
+    static constexpr std::array<scene_hit<R>, N> misses{};
+    std::memcpy(hits, misses.data(), sizeof misses);  // std::copy copies five numbers at a time
+    return;
+  }
   auto const& inverse = search.slabs().inverse;
   std::uint32_t const negative[3] = {(inverse.x < T(0)).bits(), (inverse.y < T(0)).bits(), (inverse.z < T(0)).bits()};
   for (std::uint32_t left = on; left != 0;) {
@@ -94,37 +162,37 @@ void trace_pack(scene_view<Shapes...> const& scene, ray<R> const* rays, scene_hi
         [&](std::uint32_t leaf, M const& in, T const& entry)
             PATCHRT_INLINE_LAMBDA { return search.meet_leaf(leaf, in, entry); });
   }
-  auto const& h = search.hit();
-  std::uint32_t valid = h.valid.bits();
-  if (valid == 0) return;
-  R t[N], u[N], v[N];
-  float shape[N], part[N];
-  h.t.store(t);
-  h.u.store(u);
-  h.v.store(v);
-  h.shape_bits.store(shape);
-  h.part_bits.store(part);
-  for (; valid != 0; valid &= valid - 1) {
-    int const i = std::countr_zero(valid);
-    hits[i] = {t[i], u[i], v[i], std::bit_cast<std::int32_t>(shape[i]), std::bit_cast<std::int32_t>(part[i])};
-  }
+  store_hits(search.hit(), hits);
 }
 
 template <bool AnyHit, class R, class... Shapes, executor E>
 void scene_list(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays, std::span<scene_hit<R>> hits,
                 E const& exec) {
   PATCHRT_EXPECTS(hits.size() == rays.size());
-  constexpr int N = scene_width;
+  constexpr std::size_t N = scene_width;
   exec.for_each_chunk(rays.size(), std::size_t(1024), [&](std::size_t begin, std::size_t end) {
-    std::size_t i = begin;
-    for (; i + N <= end; i += N) trace_pack<AnyHit>(scene, rays.data() + i, hits.data() + i, (1u << N) - 1u);
-    if (i == end) return;
-    ray<R> last_rays[N];
-    scene_hit<R> last_hits[N];
-    std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays), last_rays + N,
-              rays[i]);
-    trace_pack<AnyHit>(scene, last_rays, last_hits, (1u << (end - i)) - 1u);
-    std::copy(last_hits, last_hits + (end - i), hits.begin() + std::ptrdiff_t(i));
+    std::size_t waiting = begin;  // those before i that do not keep together
+    auto const trace_waiting = [&](std::size_t to) {
+      if (waiting < to)
+        trace_in_turn<AnyHit>(scene, rays.subspan(waiting, to - waiting), hits.subspan(waiting, to - waiting));
+    };
+    for (std::size_t i = begin; i < end; i += N) {
+      std::size_t const n = std::min(N, end - i);
+      if (!wants_packs<Shapes...> && (n < N || !keep_together(rays.data() + i, scene.reach))) continue;
+      trace_waiting(i);
+      waiting = i + n;
+      if (n == N) {
+        trace_pack<AnyHit>(scene, rays.data() + i, hits.data() + i, (1u << N) - 1u);
+        continue;
+      }
+      ray<R> last_rays[N];
+      scene_hit<R> last_hits[N];
+      std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays),
+                last_rays + N, rays[i]);
+      trace_pack<AnyHit>(scene, last_rays, last_hits, (1u << n) - 1u);
+      std::copy(last_hits, last_hits + n, hits.begin() + std::ptrdiff_t(i));
+    }
+    trace_waiting(end);
   });
 }
 
@@ -149,15 +217,11 @@ void closest_hits(scene_view<Shapes...> const& scene, std::span<ray<double> cons
 
 /// The same of one ray.
 template <class... Shapes, class R> scene_hit<R> closest_hit(scene_view<Shapes...> const& scene, ray<R> const& r) {
-  scene_hit<R> hit;
-  detail::trace_one<false>(scene, r, hit);
-  return hit;
+  return detail::trace_one<false>(scene, r);
 }
 /// And some hit of one ray.
 template <class... Shapes, class R> scene_hit<R> any_hit(scene_view<Shapes...> const& scene, ray<R> const& r) {
-  scene_hit<R> hit;
-  detail::trace_one<true>(scene, r, hit);
-  return hit;
+  return detail::trace_one<true>(scene, r);
 }
 
 /// Some hit of every ray that has one in (t_min, t_max), found sooner: what shadow rays ask.
