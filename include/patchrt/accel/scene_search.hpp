@@ -212,8 +212,13 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     using N = shape_number_t<Shape>;
     using K = rebind_lane_t<P, N>;
     auto const& r = static_cast<kind_ray_slot<Shape, N> const&>(rays_).ray_of_kind;
-    auto const met = shape_kind<Shape>::template meet<K>(r, block.template get<K>(), K(beyond<N>(ray_.t_min, -1)),
-                                                         K(beyond<N>(hit_.t, 1)));
+    K const low(beyond<N>(ray_.t_min, -1)), high(beyond<N>(hit_.t, 1));
+    auto const met = [&]() PATCHRT_INLINE_LAMBDA {
+      using kind = shape_kind<Shape>;
+      if constexpr (requires { kind::template meet_block<K>(r, block, low, high); })
+        return kind::template meet_block<K>(r, block, low, high);
+      else return kind::template meet<K>(r, block.template get<K>(), low, high);
+    }();
     unsigned valid = mask_bits(met.valid);
     if (valid == 0) return;
     auto const h = hit_of(met);

@@ -26,6 +26,12 @@ template <class T, class Form, faces F> struct shape_kind<scene_triangle<T, Form
   PATCHRT_INLINE static triangle_crossing<K> meet(Ray const& r, Record const& t, K t_min, K t_max) {
     return Form::template meet<F>(r, t, t_min, t_max);
   }
+  /// All triangles of a block with one ray, whose axes the vertices are loaded in.
+  template <scalar P, class Ray>
+  requires(requires(Ray const& r) { Form::axes(r); }) PATCHRT_INLINE
+      static triangle_crossing<P> meet_block(Ray const& r, block const& b, P t_min, P t_max) {
+    return Form::template meet_in_own_axes<F>(r, b.template get<P>(Form::axes(r).axis), t_min, t_max);
+  }
 };
 
 }  // namespace patchrt

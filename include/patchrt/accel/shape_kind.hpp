@@ -71,6 +71,15 @@ template <template <class> class Record, class number> struct lane_block {
     for (std::size_t k = 0; k < fields; ++k) load_lanes(lanes[k], r.field[k]);
     return std::bit_cast<Record<P>>(r);
   }
+  /// All shapes, of vectors alone, whose coordinates come in another order of axes.
+  template <scalar P> PATCHRT_INLINE Record<P> get(std::uint32_t const (&axes)[3]) const {
+    struct row {
+      P field[fields];
+    } r;
+    PATCHRT_UNROLL
+    for (std::size_t k = 0; k < fields; ++k) load_lanes(lanes[k - k % 3 + axes[k % 3]], r.field[k]);
+    return std::bit_cast<Record<P>>(r);
+  }
   void set(int i, Record<number> const& shape, std::int32_t number_of) {
     struct row {
       number field[fields];

@@ -3,15 +3,18 @@
 
 #include <patchrt/intersect/ray_triangle.hpp>
 
+#include <concepts>
+#include <cstdint>
+
 namespace patchrt {
 
 /// The watertight form: a ray through the common edge or vertex of triangles hits one of them, whatever rounding does.
 ///
 /// The vertices, seen from the origin, are sheared so that the ray is the axis of depth; what is left of them are two
-/// coordinates x, y. These depend on the vertex and the ray alone, so that triangles that share a vertex agree about
-/// it, and the three edge functions x y' - y x' have the exact signs of what the rounded coordinates are: Kahan's
-/// difference of two products is within 2 u of it, so that it is 0 where it should be and nowhere else. The neighbours
-/// of an edge have opposite signs there, or 0 both, and 0 counts as inside.
+/// coordinates x, y, each by one fused operation. These depend on the vertex and the ray alone, so that triangles that
+/// share a vertex agree about it, and the three edge functions x y' - y x' have the exact signs of what the rounded
+/// coordinates are: Kahan's difference of two products is within 2 u of it, so that it is 0 where it should be and
+/// nowhere else. The neighbours of an edge have opposite signs there, or 0 both, and 0 counts as inside.
 /// \pre No product of two coordinates, seen from the origin, underflows, nor does the product's rounding error:
 ///      coordinates there are 0 or, in float, above 1e-15.
 /// \note Woop, Benthin & Wald, "Watertight ray/triangle intersection", JCGT 2(1), 2013. There the two products are
@@ -23,12 +26,16 @@ struct watertight_form {
     vec3<S> b;
     vec3<S> c;
   };
-  /// x = across.p, y = up.p and depth = along.p of a point p seen from the origin; across and up have a 1 and a 0.
+  /// A ray's own axes are those of space in turn, so that the direction's greatest component is its z. Seen from the
+  /// origin and in these axes, a point p is at x = p.x + shear_x p.z, y = p.y + shear_y p.z and a depth of p.z inverse.
   template <scalar R> struct ray_constants {
     vec3<R> origin;
-    vec3<R> across;
-    vec3<R> up;
-    vec3<R> along;
+    vec3<R> own_origin;
+    R shear_x;
+    R shear_y;
+    R inverse;
+    mask_t<R> x_deepest;
+    mask_t<R> y_deepest;  ///< the deepest is z where neither is
     vec3<R> direction;
   };
 
@@ -37,41 +44,57 @@ struct watertight_form {
     return {a, b, c};
   }
 
-  /// The axis of the direction's greatest component is divided by; x and y are the others, in the order that leaves
-  /// front faces positive. A direction of 0 or an infinite one gives NaN, and so no hit.
+  /// A direction of 0 or an infinite one gives NaN, and so no hit.
   template <scalar R> PATCHRT_HD static ray_constants<R> make_ray(vec3<R> const& origin, vec3<R> const& d) {
     R const zero(lane_t<R>(0)), x = abs(d.x), y = abs(d.y), z = abs(d.z);
-    auto const x_most = z <= x && y <= x;
-    auto const y_most = !x_most && z <= y;
-    R const deepest = select(x_most, d.x, select(y_most, d.y, d.z));
-    R const one = R(lane_t<R>(1)) + (deepest - deepest), inverse = one / deepest;
-    R const sx = -d.x / deepest, sy = -d.y / deepest, sz = -d.z / deepest;
-    vec3<R> const first =
-        select(x_most, vec3<R>{sy, one, zero}, select(y_most, vec3<R>{zero, sz, one}, vec3<R>{one, zero, sx}));
-    vec3<R> const second =
-        select(x_most, vec3<R>{sz, zero, one}, select(y_most, vec3<R>{one, sx, zero}, vec3<R>{zero, one, sy}));
-    vec3<R> const along = select(x_most, vec3<R>{inverse, zero, zero},
-                                 select(y_most, vec3<R>{zero, inverse, zero}, vec3<R>{zero, zero, inverse}));
-    auto const forward = zero < deepest;
-    return {origin, select(forward, first, second), select(forward, second, first), along, d};
+    auto const x_deepest = z <= x && y <= x;
+    ray_constants<R> r{origin, origin, zero, zero, zero, x_deepest, !x_deepest && z <= y, d};
+    r.own_origin = in_own_axes<R>(r, origin);
+    vec3<R> const own = in_own_axes<R>(r, d);
+    r.inverse = (R(lane_t<R>(1)) + (own.z - own.z)) / own.z;
+    r.shear_x = -own.x / own.z;
+    r.shear_y = -own.y / own.z;
+    return r;
+  }
+
+  /// Which axes of space are the own ones of a single ray.
+  struct axis_order {
+    std::uint32_t axis[3];
+  };
+  template <std::floating_point R> PATCHRT_INLINE static axis_order axes(ray_constants<R> const& r) {
+    std::uint32_t const first = r.x_deepest ? 1u : r.y_deepest ? 2u : 0u;
+    std::uint32_t const second = r.x_deepest ? 2u : r.y_deepest ? 0u : 1u;
+    return {{first, second, 3u - first - second}};
   }
 
   template <faces F = faces::both, scalar T, lanes_of<T> R, lanes_of<T> S>
   PATCHRT_INLINE static triangle_crossing<T> meet(ray_constants<R> const& r, prepared<S> const& p, T t_min, T t_max) {
-    vec3<T> const o = detail::in_lanes<T>(r.origin);
-    vec3<T> const across = detail::in_lanes<T>(r.across), up = detail::in_lanes<T>(r.up);
-    vec3<T> const a = difference(detail::in_lanes<T>(p.a), o);
-    vec3<T> const b = difference(detail::in_lanes<T>(p.b), o);
-    vec3<T> const c = difference(detail::in_lanes<T>(p.c), o);
-    T const ax = dot(across, a), ay = dot(up, a);
-    T const bx = dot(across, b), by = dot(up, b);
-    T const cx = dot(across, c), cy = dot(up, c);
-    T const w = difference_of_products(cx, by, cy, bx);
-    T const u = difference_of_products(ax, cy, ay, cx);
-    T const v = difference_of_products(bx, ay, by, ax);
+    return meet_in_own_axes<F>(r, prepared<T>{in_own_axes<T>(r, p.a), in_own_axes<T>(r, p.b), in_own_axes<T>(r, p.c)},
+                               t_min, t_max);
+  }
+
+  /// The same of vertices whose coordinates come in the order of `axes`.
+  template <faces F = faces::both, scalar T, lanes_of<T> R>
+  PATCHRT_INLINE static triangle_crossing<T> meet_in_own_axes(ray_constants<R> const& r, prepared<T> const& p, T t_min,
+                                                              T t_max) {
+    vec3<T> const o = detail::in_lanes<T>(r.own_origin);
+    T const shear_x(r.shear_x), shear_y(r.shear_y);
+    vec3<T> const a = difference(p.a, o), b = difference(p.b, o), c = difference(p.c, o);
+    T const ax = fma(shear_x, a.z, a.x), ay = fma(shear_y, a.z, a.y);
+    T const bx = fma(shear_x, b.z, b.x), by = fma(shear_y, b.z, b.y);
+    T const cx = fma(shear_x, c.z, c.x), cy = fma(shear_y, c.z, c.y);
+    T w = difference_of_products(cx, by, cy, bx);
+    T u = difference_of_products(ax, cy, ay, cx);
+    T v = difference_of_products(bx, ay, by, ax);
+    if constexpr (F == faces::front) {  // own axes seen from behind turn the other way
+      T const facing = copysign(T(lane_t<T>(1)), T(r.inverse));
+      u = facing * u;
+      v = facing * v;
+      w = facing * w;
+    }
     return detail::cross_in_range<F, std::same_as<R, T>>(u, v, w, t_min, t_max, [&] {
-      vec3<T> const along = detail::in_lanes<T>(r.along);
-      T const distance = fma(u, dot(along, b), fma(v, dot(along, c), w * dot(along, a)));
+      T const inverse(r.inverse);
+      T const distance = fma(u, inverse * b.z, fma(v, inverse * c.z, w * (inverse * a.z)));
       return detail::plane_crossing<T>{distance, (u + v) + w};
     });
   }
@@ -87,7 +110,9 @@ struct watertight_form {
   PATCHRT_HD static T position_error(ray_constants<R> const& r, prepared<S> const& p, T) {
     using L = lane_t<T>;
     vec3<T> const o = detail::in_lanes<T>(r.origin), d = detail::in_lanes<T>(r.direction);
-    vec3<T> const along = absolute(detail::in_lanes<T>(r.along));
+    T const zero(L(0)), inverse = abs(T(r.inverse));
+    vec3<T> const along{pick<T>(r, inverse, zero, zero), pick<T>(r, zero, inverse, zero),
+                        pick<T>(r, zero, zero, inverse)};
     auto const [first, second] = detail::shorter_edges(triangle<S>{p.a, p.b, p.c});
     vec3<T> const n = detail::in_lanes<T>(patchrt::cross(first, second));
     vec3<T> const products = detail::in_lanes<T>(detail::cross_of_magnitudes(first, second));
@@ -95,7 +120,7 @@ struct watertight_form {
     vec3<T> const b = absolute(difference(detail::in_lanes<T>(p.b), o));
     vec3<T> const c = absolute(difference(detail::in_lanes<T>(p.c), o));
     vec3<T> const m{max(a.x, max(b.x, c.x)), max(a.y, max(b.y, c.y)), max(a.z, max(b.z, c.z))};
-    T const zero(L(0)), eps(std::numeric_limits<L>::epsilon()), reach = dot(along, m);
+    T const eps(std::numeric_limits<L>::epsilon()), reach = dot(along, m);
     auto const lateral = [&](T n_k, T products_k, T along_k, T m_k, T d_k) {
       T const slope = fma(T(L(2)) * eps, products_k, abs(n_k));
       return select(zero < along_k, zero, slope * fma(T(L(2)) * abs(d_k), reach, m_k));
@@ -105,6 +130,18 @@ struct watertight_form {
     T const scale = fma(-(T(L(4)) * eps), dot(products, absolute(d)), abs(dot(n, d)));
     T const error = eps * fma(T(L(7)), reach, off / scale) * sqrt(dot(d, d));
     return select(zero < scale, error, T(std::numeric_limits<L>::infinity()));
+  }
+
+ private:
+  /// x, y or z, by the axis that is deepest.
+  template <scalar T, lanes_of<T> R> PATCHRT_INLINE static T pick(ray_constants<R> const& r, T x, T y, T z) {
+    if constexpr (std::same_as<R, T>) return select(r.x_deepest, x, select(r.y_deepest, y, z));
+    else return r.x_deepest ? x : r.y_deepest ? y : z;
+  }
+  template <scalar T, lanes_of<T> R, lanes_of<T> S>
+  PATCHRT_INLINE static vec3<T> in_own_axes(ray_constants<R> const& r, vec3<S> const& v) {
+    vec3<T> const p = detail::in_lanes<T>(v);
+    return {pick(r, p.y, p.z, p.x), pick(r, p.z, p.x, p.y), pick(r, p.x, p.y, p.z)};
   }
 };
 

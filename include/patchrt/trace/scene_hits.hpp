@@ -32,7 +32,7 @@ template <class... Shapes> inline constexpr bool wants_packs = (shape_kind<Shape
 
 /// Whether the rays of a pack are near enough to each other to walk as a bundle: origins within a sixteenth of the scene,
 /// directions within about 15 degrees of the first.
-template <class R> PATCHRT_INLINE bool keep_together(ray<R> const* rays, double reach) {
+template <class R> PATCHRT_OUTLINE bool keep_together(ray<R> const* rays, double reach) {
   using record = pack<R, 8>;
   static_assert(sizeof(ray<R>) == 8 * sizeof(R));
   record const first = record::load(&rays->origin.x);
