@@ -140,8 +140,13 @@ struct watertight_form {
   }
   template <scalar T, lanes_of<T> R, lanes_of<T> S>
   PATCHRT_INLINE static vec3<T> in_own_axes(ray_constants<R> const& r, vec3<S> const& v) {
-    vec3<T> const p = detail::in_lanes<T>(v);
-    return {pick(r, p.y, p.z, p.x), pick(r, p.z, p.x, p.y), pick(r, p.x, p.y, p.z)};
+    if constexpr (std::same_as<R, T>) {
+      vec3<T> const p = detail::in_lanes<T>(v);
+      return {pick(r, p.y, p.z, p.x), pick(r, p.z, p.x, p.y), pick(r, p.x, p.y, p.z)};
+    } else {
+      axis_order const own = axes(r);
+      return {v[int(own.axis[0])], v[int(own.axis[1])], v[int(own.axis[2])]};
+    }
   }
 };
 
