@@ -66,11 +66,11 @@ inline hit_verdict judge_hit(test::patch_list const& scene, model_size const& si
   double const length = test::norm(r.direction), same = same_root(level, r, size);
   double const margin = level == accuracy::fast ? 1e-5 : 1e-12;
   auto const is_steep = [](test::oracle_root const& root) { return root.is_certain(1e-2, 0); };
-  auto const is_nearer =
-      [&](test::oracle_root const& root) {  // than the hit, which is itself where its `error` reaches
-        double const reach = hit.valid() && root.patch == hit.patch ? std::max(same, double(hit.error)) : same;
-        return !((real(hit.t) - root.t) * real(length) <= real(reach));
-      };
+  // A root of the hit's own patch, as near as the hit's `error` reaches, is that hit.
+  auto const is_nearer = [&](test::oracle_root const& root) {
+    double const reach = hit.valid() && root.patch == hit.patch ? std::max(same, double(hit.error)) : same;
+    return !((real(hit.t) - root.t) * real(length) <= real(reach));
+  };
   for (auto const& root : roots) {
     if (!is_nearer(root)) break;
     bool const is_inside = root.edge_distance > margin * size.diagonal && root.end_distance * length > same;

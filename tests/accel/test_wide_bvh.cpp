@@ -261,3 +261,17 @@ TEST_CASE("a bundle of rays meets for each lane the leaves that the lane meets")
   }
   REQUIRE(total > 10000);
 }
+
+TEST_CASE("an empty tree is walked to its end") {
+  using T = pack<float, 16>;
+  wide_bvh const none = build_wide_bvh(bvh<float>{});
+  auto const rays = make_watertight_slab_ray(vec3<T>{T(0.0f), T(0.0f), T(0.0f)}, vec3<T>{T(1.0f), T(0.0f), T(0.0f)});
+  int leaves = 0;
+  traverse_wide_bundle<boxes_of_eight>(
+      none.view(), rays, T(0.0f), mask_t<T>(true), [] { return T(inf); },
+      [&leaves](std::uint32_t, mask_t<T> const& in, T const&) {
+        ++leaves;
+        return in;
+      });
+  REQUIRE(leaves == 0);
+}

@@ -45,24 +45,32 @@ TEMPLATE_TEST_CASE("dot makes three roundings: at most 1.5 eps of the sum of |pr
   }
 }
 
+/// check(a, b, k, first, second) for the components k = first - second of a x b, of vectors every other pair of which is nearly
+/// parallel.
+template <class T, class Check> void for_cross_products(std::mt19937& g, Check&& check) {
+  for (int n = 0; n < 2000; ++n) {
+    auto const a = random_vector<T>(g);
+    auto const b =
+        n % 2 ? random_vector<T>(g) : T(3) * a + T(4) * std::numeric_limits<T>::epsilon() * random_vector<T>(g);
+    for (int k = 0; k < 3; ++k) {
+      int const i = (k + 1) % 3, j = (k + 2) % 3;
+      check(a, b, k, rational(component(a, i)) * rational(component(b, j)),
+            rational(component(a, j)) * rational(component(b, i)));
+    }
+  }
+}
+
 TEMPLATE_TEST_CASE("cross is within 1.5 eps a component, for nearly parallel vectors too", "", float, double) {
   using T = TestType;
   unsigned const seed = 2;
   CAPTURE(seed);
   std::mt19937 g(seed);
-  for (int n = 0; n < 2000; ++n) {
-    auto const a = random_vector<T>(g);
-    auto const b =
-        n % 2 ? random_vector<T>(g) : T(3) * a + T(4) * std::numeric_limits<T>::epsilon() * random_vector<T>(g);
-    auto const c = cross(a, b);
-    for (int k = 0; k < 3; ++k) {
-      int const i = (k + 1) % 3, j = (k + 2) % 3;
-      rational const wanted =
-          rational(component(a, i)) * rational(component(b, j)) - rational(component(a, j)) * rational(component(b, i));
-      if (wanted == 0) REQUIRE(component(c, k) == 0);
-      else REQUIRE(error_in_eps(component(c, k), wanted, abs(wanted)) <= 1.5);
-    }
-  }
+  for_cross_products<T>(g, [](auto const& a, auto const& b, int k, rational const& first, rational const& second) {
+    T const c = component(cross(a, b), k);
+    rational const wanted = first - second;
+    if (wanted == 0) REQUIRE(c == 0);
+    else REQUIRE(error_in_eps(c, wanted, abs(wanted)) <= 1.5);
+  });
 }
 
 TEMPLATE_TEST_CASE("fused_cross is within half an eps of its second products and the result", "", float, double) {
@@ -70,18 +78,10 @@ TEMPLATE_TEST_CASE("fused_cross is within half an eps of its second products and
   unsigned const seed = 4;
   CAPTURE(seed);
   std::mt19937 g(seed);
-  for (int n = 0; n < 2000; ++n) {
-    auto const a = random_vector<T>(g);
-    auto const b =
-        n % 2 ? random_vector<T>(g) : T(3) * a + T(4) * std::numeric_limits<T>::epsilon() * random_vector<T>(g);
-    auto const c = fused_cross(a, b);
-    for (int k = 0; k < 3; ++k) {
-      int const i = (k + 1) % 3, j = (k + 2) % 3;
-      rational const second = rational(component(a, j)) * rational(component(b, i));
-      rational const wanted = rational(component(a, i)) * rational(component(b, j)) - second;
-      REQUIRE(error_in_eps(component(c, k), wanted, abs(second) + abs(wanted)) <= 0.5000001);
-    }
-  }
+  for_cross_products<T>(g, [](auto const& a, auto const& b, int k, rational const& first, rational const& second) {
+    rational const wanted = first - second;
+    REQUIRE(error_in_eps(component(fused_cross(a, b), k), wanted, abs(second) + abs(wanted)) <= 0.5000001);
+  });
 }
 
 TEMPLATE_TEST_CASE("the cross product of parallel vectors is exactly zero, and axes turn the right way", "", float,

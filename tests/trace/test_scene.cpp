@@ -304,6 +304,10 @@ TEST_CASE("scenes without shapes, and rays that are none, have no hits") {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   ray<float> const good{{0, 0, 3}, {0, 0, -1}, 0, inf};
   REQUIRE(!closest<float>(empty, {good})[0].valid());
+  for (auto const& h : closest<float>(empty, std::vector<ray<float>>(40, good))) REQUIRE(!h.valid());
+  for (auto const& h : any<float>(empty, std::vector<ray<float>>(40, good))) REQUIRE(!h.valid());
+  REQUIRE(!trace::closest_hit(empty.view(), good).valid());
+  REQUIRE(!trace::any_hit(empty.view(), good).valid());
   REQUIRE(closest<float>(built, {good})[0].t == 2);
   std::vector<ray<float>> bad(8, good);
   bad[0].direction = {0, 0, 0};

@@ -19,7 +19,8 @@ namespace patchrt {
 struct sah_options {
   int bins = 16;      ///< cells on each axis, 2 to 32
   bool links = true;  ///< whether to make `bvh::links`
-  int whole = 1;      ///< lists of no more boxes are cut one by one, at no cost: for leaves that will hold several
+  int whole = 1;  ///< lists of no more boxes are cut one by one, at no cost, 1 to 8: for leaves that will hold several
+  static constexpr int most_whole = 8;
 };
 
 namespace detail {
@@ -257,6 +258,9 @@ template <class T, executor E = serial>
 bvh<T> build_sah(std::span<box<T> const> boxes, sah_options const& options = {}, E const& exec = {}) {
   if (options.bins < 2 || options.bins > detail::sah_bins<T>::most)
     throw std::invalid_argument("build_sah: " + std::to_string(options.bins) + " bins, expected 2 to 32");
+  if (options.whole < 1 || options.whole > sah_options::most_whole)
+    throw std::invalid_argument("build_sah: lists of " + std::to_string(options.whole) +
+                                " left whole, expected 1 to 8");
   if (boxes.size() > std::size_t(1) << 30)
     throw std::length_error("build_sah: " + std::to_string(boxes.size()) + " boxes, expected at most 2^30");
   if (boxes.empty()) return {};

@@ -83,7 +83,7 @@ template <class... Shapes> class scene_builder {
   template <executor E> scene<Shapes...> build(scene_options const& options, E const& exec) {
     pad();
     // Of one kind any list that is short enough becomes a leaf: how it would be split does not matter.
-    sah_options const how{.links = false, .whole = kinds == 1 ? int(most_) : 1};
+    sah_options const how{.links = false, .whole = kinds == 1 ? std::min(int(most_), sah_options::most_whole) : 1};
     grouped_bvh<float> grouped = group_leaves(build_sah(std::span<box<float> const>(boxes_), how, exec), most_,
                                               [this](std::span<std::uint32_t const> shapes) { return fits(shapes); });
     number_leaves(grouped);

@@ -33,7 +33,8 @@ struct single_shapes {
 /// is an `intersect_any` too, rays that ask for any hit use that.
 ///
 /// Kinds whose shapes are rows of numbers specialise this, so that the shapes of a leaf share the lanes of a pack. What their
-/// `meet` gives has `valid`, and either `t` or an overload of `normalised` that makes a hit of it.
+/// `meet` gives has `valid`, and either `t` or an overload of `normalised` that makes a hit of it. A `meet_block`, if there is
+/// one, meets a block with one ray where `meet` and the block's rows as they are would not do as well.
 template <class Shape> struct shape_kind : single_shapes {
   struct block {
     Shape shape;
@@ -64,21 +65,11 @@ template <template <class> class Record, class number> struct lane_block {
   }
   /// All shapes.
   template <scalar P> PATCHRT_INLINE Record<P> get() const {
-    struct row {
-      P field[fields];
-    } r;
-    PATCHRT_UNROLL
-    for (std::size_t k = 0; k < fields; ++k) load_lanes(lanes[k], r.field[k]);
-    return std::bit_cast<Record<P>>(r);
+    return load<P>([](std::size_t k) PATCHRT_INLINE_LAMBDA { return k; });
   }
   /// All shapes, of vectors alone, whose coordinates come in another order of axes.
   template <scalar P> PATCHRT_INLINE Record<P> get(std::uint32_t const (&axes)[3]) const {
-    struct row {
-      P field[fields];
-    } r;
-    PATCHRT_UNROLL
-    for (std::size_t k = 0; k < fields; ++k) load_lanes(lanes[k - k % 3 + axes[k % 3]], r.field[k]);
-    return std::bit_cast<Record<P>>(r);
+    return load<P>([&axes](std::size_t k) PATCHRT_INLINE_LAMBDA { return k - k % 3 + axes[k % 3]; });
   }
   void set(int i, Record<number> const& shape, std::int32_t number_of) {
     struct row {
@@ -87,6 +78,17 @@ template <template <class> class Record, class number> struct lane_block {
     row const r = std::bit_cast<row>(shape);
     for (std::size_t k = 0; k < fields; ++k) lanes[k][i] = r.field[k];
     numbers[i] = number_of;
+  }
+
+ private:
+  /// Field k from the row that `row(k)` names.
+  template <scalar P, class Row> PATCHRT_INLINE Record<P> load(Row const& row) const {
+    struct fields_of {
+      P field[fields];
+    } r;
+    PATCHRT_UNROLL
+    for (std::size_t k = 0; k < fields; ++k) load_lanes(lanes[row(k)], r.field[k]);
+    return std::bit_cast<Record<P>>(r);
   }
 };
 

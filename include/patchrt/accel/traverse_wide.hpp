@@ -17,11 +17,12 @@ namespace patchrt {
 namespace detail {
 
 /// Where children wait for their turn. A node leaves at most seven behind, and no tree that `build_sah` makes is deeper than
-/// 64 + log2 n.
+/// 64 + log2 n + 8.
 inline constexpr int wide_stack = 8 * 96;
 
 /// How rays of one octant walk: where the rows of `wide_node::bounds` of those planes begin that they pass first, and last, by
-/// axis; and the children's slots from far to near.
+/// axis; the children's slots from far to near; and of each set of slots, a bit each, those bits in that order and, below
+/// them, the nearest slot.
 struct wide_octant {
   std::int32_t far_to_near[wide_node::width];
   std::uint32_t near[3];
@@ -37,9 +38,9 @@ inline constexpr auto wide_octants = [] {
     for (std::uint32_t m = 1; m < 256; ++m) {
       std::uint32_t in_order = 0, nearest = 0;
       for (std::uint32_t k = 0; k < width; ++k)
-        if ((m >> ((7 - k) ^ o) & 1u) != 0) {
+        if (std::uint32_t const slot = (7 - k) ^ o; (m >> slot & 1u) != 0) {
           in_order |= 1u << k;
-          nearest = (7 - k) ^ o;
+          nearest = slot;
         }
       octants[o].met[m] = static_cast<std::uint16_t>(in_order << 8 | nearest);
     }
@@ -76,8 +77,8 @@ template <bool AnyHit, class P> class wide_walk {
   /// \pre The tree has a node.
   PATCHRT_INLINE wide_walk(wide_bvh_view const& tree, watertight_slab_ray<float> const& ray, float t_min)
       : nodes_(tree.nodes),
-        octant_(unsigned(ray.inverse.x < 0) | unsigned(ray.inverse.y < 0) << 1 | unsigned(ray.inverse.z < 0) << 2),
-        planes_(&detail::wide_octants[octant_]),
+        planes_(&detail::wide_octants[unsigned(ray.inverse.x < 0) | unsigned(ray.inverse.y < 0) << 1 |
+                                      unsigned(ray.inverse.z < 0) << 2]),
         slabs_{{P(ray.origin.x), P(ray.origin.y), P(ray.origin.z)},
                {P(ray.inverse.x), P(ray.inverse.y), P(ray.inverse.z)},
                {P(ray.exit_inverse.x), P(ray.exit_inverse.y), P(ray.exit_inverse.z)}},
@@ -125,7 +126,6 @@ template <bool AnyHit, class P> class wide_walk {
   }
 
   wide_node const* nodes_;
-  unsigned octant_;
   detail::wide_octant const* planes_;
   watertight_slab_ray<P> slabs_;
   P t_min_;

@@ -98,6 +98,7 @@ template <scalar T> struct watertight_slab_ray {
 
 template <scalar T>
 PATCHRT_INLINE watertight_slab_ray<T> make_watertight_slab_ray(vec3<T> const& origin, vec3<T> const& direction) {
+  // Number by number: vectors that g++ stores in pieces and loads whole make a single ray wait.
   T const one(1), widening(detail::exit_widening<lane_t<T>>());
   T const x = one / direction.x, y = one / direction.y, z = one / direction.z;
   return {{origin.x, origin.y, origin.z}, {x, y, z}, {x * widening, y * widening, z * widening}};

@@ -270,33 +270,28 @@ template <class T, int N> PATCHRT_INLINE unsigned mask_bits(pack_mask<T, N> cons
 template <class T, int N> PATCHRT_INLINE void store_lanes(pack<T, N> const& x, T* lanes) { x.store(lanes); }
 
 template <class T, int N> PATCHRT_INLINE void load_lanes(T const* lanes, pack<T, N>& x) { x = pack<T, N>::load(lanes); }
-namespace detail {
-/// An order of lanes as the machine's permutations take it: in a register where it has one.
-template <class T, int N> struct order_index {
-  using type = std::int32_t const*;
-  PATCHRT_INLINE static type load(std::int32_t const* index) { return index; }
+/// An order of the lanes of a pack, for many permutations: in a register where the machine permutes by one. What it is made
+/// from must outlive it.
+template <class T, int N> struct lane_order {
+  std::int32_t const* index;
+  PATCHRT_INLINE explicit lane_order(std::int32_t const* from) : index(from) {}
 };
 #if defined(__AVX512F__)
-template <> struct order_index<float, 16> {
-  using type = __m512i;
-  PATCHRT_INLINE static type load(std::int32_t const* index) { return _mm512_loadu_si512(index); }
+template <> struct lane_order<float, 16> {
+  __m512i index;
+  PATCHRT_INLINE explicit lane_order(std::int32_t const* from) : index(_mm512_loadu_si512(from)) {}
 };
 #endif
 #if defined(__AVX2__)
-template <> struct order_index<float, 8> {
-  using type = __m256i;
-  PATCHRT_INLINE static type load(std::int32_t const* index) {
-    return _mm256_loadu_si256(reinterpret_cast<__m256i const*>(index));
-  }
+template <> struct lane_order<float, 8> {
+  __m256i index;
+  PATCHRT_INLINE explicit lane_order(std::int32_t const* from)
+      : index(_mm256_loadu_si256(reinterpret_cast<__m256i const*>(from))) {}
 };
 #endif
-}  // namespace detail
-
-/// An order of the lanes of a pack, for many permutations.
-template <class T, int N> struct lane_order { typename detail::order_index<T, N>::type index; };
-/// That order for packs like the first argument; `index` must outlive it.
+/// That order for packs like the first argument.
 template <class T, int N> PATCHRT_INLINE lane_order<T, N> load_order(pack<T, N> const&, std::int32_t const* index) {
-  return {detail::order_index<T, N>::load(index)};
+  return lane_order<T, N>(index);
 }
 
 template <class T, int N> PATCHRT_INLINE pack<T, N> permute(pack<T, N> const& x, lane_order<T, N> const& order) {
