@@ -126,9 +126,24 @@ inline oracle_root const* root_of(search_truth const& truth, patch_hit const& hi
   return least <= error + truth.noise() ? best : nullptr;
 }
 
-/// Whether S(u, v) is farther than so many times the hit's error from every root at the root's t.
+/// Whether the ray passes S(u, v), a point on an edge but for the hit's error, within rounding or by no more than edges
+/// that are joined may be apart.
+inline bool is_across_edge(search_input const& in, search_truth const& truth, patch_hit const& hit, double widest_gap) {
+  double const to_edge = std::min({hit.u, 1 - hit.u, hit.v, 1 - hit.v});
+  if (to_edge > 1e-9 && to_edge * truth.size > double(hit.error)) return false;
+  auto const at = long_position(in.patches[std::size_t(hit.patch)], hit.u, hit.v);
+  long double const d[3] = {truth.r.direction.x, truth.r.direction.y, truth.r.direction.z};
+  long double const r[3] = {at[0] - truth.r.origin.x, at[1] - truth.r.origin.y, at[2] - truth.r.origin.z};
+  long double const x = r[1] * d[2] - r[2] * d[1], y = r[2] * d[0] - r[0] * d[2], z = r[0] * d[1] - r[1] * d[0];
+  long double const square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+  return std::sqrt((x * x + y * y + z * z) / square) <= (long double)(truth.noise() + widest_gap);
+}
+
+/// Whether S(u, v) is farther than so many times the hit's error from every root at the root's t. A point of an edge
+/// that the ray passes within rounding is right of itself.
 inline bool is_beyond_error(search_input const& in, search_truth const& truth, patch_hit const& hit,
                             oracle_root const& root, double times) {
+  if (is_across_edge(in, truth, hit, 0)) return false;
   auto const at = long_position(in.patches[std::size_t(hit.patch)], hit.u, hit.v);
   long double least = no_limit;
   for (oracle_root const& r : truth.roots) {
@@ -140,19 +155,6 @@ inline bool is_beyond_error(search_input const& in, search_truth const& truth, p
     least = std::min(least, std::sqrt(sum));
   }
   return least > times * (long double)(hit.error) + 1e-18L * (long double)(truth.reach);
-}
-
-/// Whether the ray passes S(u, v), a point on an edge but for the hit's error, within rounding or by no more than edges that are
-/// joined may be apart.
-inline bool is_across_edge(search_input const& in, search_truth const& truth, patch_hit const& hit, double widest_gap) {
-  double const to_edge = std::min({hit.u, 1 - hit.u, hit.v, 1 - hit.v});
-  if (to_edge > 1e-9 && to_edge * truth.size > double(hit.error)) return false;
-  auto const at = long_position(in.patches[std::size_t(hit.patch)], hit.u, hit.v);
-  long double const d[3] = {truth.r.direction.x, truth.r.direction.y, truth.r.direction.z};
-  long double const r[3] = {at[0] - truth.r.origin.x, at[1] - truth.r.origin.y, at[2] - truth.r.origin.z};
-  long double const x = r[1] * d[2] - r[2] * d[1], y = r[2] * d[0] - r[0] * d[2], z = r[0] * d[1] - r[1] * d[0];
-  long double const square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  return std::sqrt((x * x + y * y + z * z) / square) <= (long double)(truth.noise() + widest_gap);
 }
 
 inline char const* wrong_with_certified(search_input const& in, search_truth const& truth, search_answer const& a,

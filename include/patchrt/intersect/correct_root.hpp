@@ -196,8 +196,8 @@ PATCHRT_INLINE double largest_gap(edge_gaps const& g) { return max(max(g.u0, g.u
 /// leave [0,1]^2, or the Jacobian tells it nothing (at a pole, where an edge is one point), or twelve passes do not
 /// suffice (the ray grazes, or just misses), the root counts if the ray passes S(u, v) within 32 epsilon of (size +
 /// |origin|), which covers S's own rounding, and on an edge, at the edge's point next to the ray, within its gap
-/// besides: so a ray through a common edge of two patches finds one of them (`size` = the largest |coordinate| of the
-/// control points).
+/// besides: so a ray through a common edge of two patches finds one of them, and the error covers the neighbour's point
+/// (`size` = the largest |coordinate| of the control points).
 /// \pre `root` has (u, v) and which lanes are valid; `origin` is relative to the same point as the control points.
 template <scalar S, class Patch>
 PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const& gaps, vec3<S> const& origin,
@@ -254,7 +254,10 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
       return select(parameter == S(side), S(static_cast<L>(gap)), zero);
     };
     S const gap = max(max(at(u, L(0), gaps.u0), at(u, L(1), gaps.u1)), max(at(v, L(0), gaps.v0), at(v, L(1), gaps.v1)));
-    auto found = unsure && sqrt(dot(chord.beside, chord.beside)) <= rounding + gap;
+    S const passed_by = sqrt(dot(chord.beside, chord.beside));
+    auto found = unsure && passed_by <= rounding + gap;
+    // A ray that passes between the edges meets the neighbour, which may be that much farther off.
+    S const to_neighbour = select(found && passed_by > rounding, gap, zero);
     auto const at_pole =
         unsure && !found && min(sum_of_magnitudes(p.du), sum_of_magnitudes(p.dv)) < S(L(0x1p-10) * size);
     if (any_of(at_pole)) {
@@ -266,7 +269,7 @@ PATCHRT_OUTLINE void correct(Patch const& patch, lane_t<S> size, edge_gaps const
     p = evaluate(patch, min(max(u, edge), one - edge), min(max(v, edge), one - edge));
     normal = select(unsure, cross(p.du, p.dv), normal);
     root.t = select(unsure, chord.along, root.t);
-    S const error = detail::error_of(sum_of_magnitudes(chord.beside), rounding, normal, direction);
+    S const error = detail::error_of(sum_of_magnitudes(chord.beside) + to_neighbour, rounding, normal, direction);
     root.error = select(unsure, max(error, vague_error), root.error);
     root.valid = root.valid && (!unsure || found);
   }
