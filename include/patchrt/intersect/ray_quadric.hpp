@@ -40,8 +40,17 @@ PATCHRT_INLINE object_ray<T> enter_object_space(centred_ray<T> const& r, clipped
   quadric<T> const q{convert_vec<T>(s.form.squares), convert_vec<T>(s.form.products), convert_vec<T>(s.form.linear),
                      T(s.form.constant)};
   ray_middle<T> const m = middle_of(r, convert_vec<T>(s.centre));
-  vec3<T> const p = to_object(s, m.point), d = to_object(s, r.direction), g = half_gradient(q, p);
-  return {m, p, d, dot(d, multiply(q, d)), dot(d, g), value_from_gradient(q, p, g)};
+  vec3<T> const p = to_object(s, m.point), d = to_object(s, r.direction);
+  vec3<T> q_d, g;
+  if (any_of(has_products(s.form))) {
+    q_d = multiply(q, d);
+    g = half_gradient(q, p);
+  } else {
+    vec3<T> const &a = q.squares, &b = q.linear;
+    q_d = {a.x * d.x, a.y * d.y, a.z * d.z};
+    g = {fma(a.x, p.x, b.x), fma(a.y, p.y, b.y), fma(a.z, p.z, b.z)};
+  }
+  return {m, p, d, dot(d, q_d), dot(d, g), value_from_gradient(q, p, g)};
 }
 
 /// A span of t in a box, and the faces through which it is entered and left.
@@ -51,24 +60,24 @@ template <scalar T> struct faced_span {
 };
 
 /// Whether a box ends along an axis, or has a NaN there.
-template <scalar T, class B> PATCHRT_INLINE mask_t<T> is_bounded(B lo, B hi) {
+template <scalar T> PATCHRT_INLINE mask_t<T> is_bounded(T lo, T hi) {
   T const most(std::numeric_limits<lane_t<T>>::max());
-  return !(T(lo) < -most && most < T(hi));
+  return !(lo < -most && most < hi);
 }
 
 /// Clips by the two planes of one axis, `code` that of the upper one's face. Where the direction is zero and the ray
 /// lies in a plane, that is at 0 * inf = NaN, and not heeded: the ray meets the box.
 template <scalar T, class B>
 PATCHRT_INLINE void clip_face(faced_span<T>& f, T origin, T direction, B lo, B hi, lane_t<T> code) {
-  if (!any_of(is_bounded<T>(lo, hi))) return;
-  T const inverse = T(1) / direction, lo_face(-code), hi_face(code);
+  if (!any_of(is_bounded(lo, hi))) return;
+  T const inverse = T(1) / direction, out_of = copysign(T(code), inverse);
   auto const backward = inverse < T(0);
   T const near = (select(backward, T(hi), T(lo)) - origin) * inverse;
   T const far = (select(backward, T(lo), T(hi)) - origin) * inverse;
   auto const later = f.span.entry < near, sooner = far < f.span.exit;
   f.span = {select(later, near, f.span.entry), select(sooner, far, f.span.exit)};
-  f.entry_face = select(later, select(backward, hi_face, lo_face), f.entry_face);
-  f.exit_face = select(sooner, select(backward, lo_face, hi_face), f.exit_face);
+  f.entry_face = select(later, -out_of, f.entry_face);
+  f.exit_face = select(sooner, out_of, f.exit_face);
 }
 
 template <scalar T, class B> PATCHRT_INLINE faced_span<T> span_in_clip(object_ray<T> const& o, box<B> const& b) {
@@ -82,15 +91,15 @@ template <scalar T, class B> PATCHRT_INLINE faced_span<T> span_in_clip(object_ra
 }
 
 /// Whether no side of a box is NaN.
-template <scalar T, class B> PATCHRT_INLINE mask_t<T> is_ordered(box<B> const& b) {
-  return T(b.lo.x) <= T(b.hi.x) && T(b.lo.y) <= T(b.hi.y) && T(b.lo.z) <= T(b.hi.z);
+template <scalar T> PATCHRT_INLINE mask_t<T> is_ordered(box<T> const& b) {
+  return b.lo.x <= b.hi.x && b.lo.y <= b.hi.y && b.lo.z <= b.hi.z;
 }
 
 /// Leaves of `valid0` and `valid1` those whose points at t0 and t1 are between two planes.
 template <scalar T, class B>
 PATCHRT_INLINE void clip_roots(T origin, T direction, B lo, B hi, quadratic_roots<T> const& root, mask_t<T>& valid0,
                                mask_t<T>& valid1) {
-  if (!any_of(is_bounded<T>(lo, hi))) return;
+  if (!any_of(is_bounded(lo, hi))) return;
   T const x0 = fma(root.t0, direction, origin), x1 = fma(root.t1, direction, origin);
   valid0 = valid0 && T(lo) <= x0 && x0 <= T(hi);
   valid1 = valid1 && T(lo) <= x1 && x1 <= T(hi);
@@ -119,28 +128,30 @@ PATCHRT_INLINE quadric_crossings<T> crossings(centred_ray<T> const& r, clipped_q
   T const zero(0);
   auto const o = detail::enter_object_space(r, s);
   quadratic_roots<T> const root = solve_quadratic<Touch>(o.a, o.h, o.c);
-  mask_t<T> const capped(s.capped), open = !capped;
-  mask_t<T> valid0 = root.real && open, valid1 = valid0, entry = capped, exit = capped;
+  mask_t<T> const capped(s.capped);
+  mask_t<T> valid0 = root.real && !capped, valid1 = valid0, entry = capped, exit = capped;
   detail::faced_span<T> f{{zero, zero}, zero, zero};
-  if (any_of(open)) {
+  if (any_of(!s.capped)) {
     detail::clip_roots(o.origin.x, o.direction.x, s.clip.lo.x, s.clip.hi.x, root, valid0, valid1);
     detail::clip_roots(o.origin.y, o.direction.y, s.clip.lo.y, s.clip.hi.y, root, valid0, valid1);
     detail::clip_roots(o.origin.z, o.direction.z, s.clip.lo.z, s.clip.hi.z, root, valid0, valid1);
   }
-  if (any_of(capped)) {
+  if (any_of(s.capped)) {
     f = detail::span_in_clip(o, s.clip);
     T const from = f.span.entry, to = f.span.exit;
-    auto const in_clip = capped && detail::is_ordered<T>(s.clip) && from <= to;
-    auto const without_roots = !root.real && (o.c < zero || (o.c <= zero && o.a < zero));
-    auto const is_inside = [&](T t) {
-      auto const between = zero <= o.a && root.t0 < t && t < root.t1;
-      auto const beyond = o.a < zero && (t < root.t0 || root.t1 < t);
-      return without_roots || (root.real && (between || beyond));
-    };
-    valid0 = valid0 || (in_clip && root.real && from <= root.t0 && root.t0 <= to);
-    valid1 = valid1 || (in_clip && root.real && from <= root.t1 && root.t1 <= to);
-    entry = in_clip && is_inside(from);
-    exit = in_clip && is_inside(to);
+    auto const in_clip = capped && mask_t<T>(detail::is_ordered(s.clip)) && from <= to;
+    auto const with_roots = in_clip && root.real;
+    auto const from_after0 = root.t0 < from, from_after1 = root.t1 < from;
+    auto const to_before0 = to < root.t0, to_before1 = to < root.t1;
+    // Between the roots is inside, or outside: what is counted at ends and roots comes in pairs either way.
+    auto const outward = o.a < zero;
+    auto const is_inside = [&](mask_t<T> between) { return (between && !outward) || (outward && !between); };
+    auto all_inside = in_clip && !root.real && o.c < zero;
+    if constexpr (Touch == tangent::miss) all_inside = all_inside || (in_clip && !root.real && o.c <= zero && outward);
+    valid0 = valid0 || (with_roots && !from_after0 && !to_before0);
+    valid1 = valid1 || (with_roots && !from_after1 && !to_before1);
+    entry = (with_roots && is_inside(from_after0 && !from_after1)) || all_inside;
+    exit = (with_roots && is_inside(to_before1 && !to_before0)) || all_inside;
   }
   T const middle = o.middle.t;
   return {{{middle + f.span.entry, f.span.entry, f.entry_face, entry},
@@ -151,17 +162,19 @@ PATCHRT_INLINE quadric_crossings<T> crossings(centred_ray<T> const& r, clipped_q
 
 /// The first of the crossings in t_min < t < t_max.
 template <scalar T> PATCHRT_INLINE quadric_hit<T> nearest(quadric_crossings<T> const& c, T t_min, T t_max) {
-  quadric_hit<T> r = c.hit[3];
-  r.valid = c.hit[3].valid && t_min < r.t && r.t < t_max;
-  for (int k = 2; k >= 0; --k) {
-    quadric_hit<T> const& h = c.hit[k];
-    if (k == 0 && !any_of(h.valid)) continue;  // open surfaces
-    auto const counts = h.valid && t_min < h.t && h.t < t_max;
+  bool const with_caps = any_of(c.hit[0].valid || c.hit[3].valid);
+  quadric_hit<T> r = c.hit[2];
+  r.valid = r.valid && t_min < r.t;
+  auto const take = [&](quadric_hit<T> const& h, mask_t<T> counts) {
     r.t = select(counts, h.t, r.t);
     r.local = select(counts, h.local, r.local);
     r.face = select(counts, h.face, r.face);
     r.valid = counts || r.valid;
-  }
+  };
+  if (with_caps) take(c.hit[3], c.hit[3].valid && t_min < c.hit[3].t && !r.valid);
+  take(c.hit[1], c.hit[1].valid && t_min < c.hit[1].t);
+  if (with_caps) take(c.hit[0], c.hit[0].valid && t_min < c.hit[0].t);
+  r.valid = r.valid && r.t < t_max;  // by ascending t: where the first is beyond, all are
   return r;
 }
 

@@ -81,6 +81,16 @@ template <class T, class A> PATCHRT_INLINE std::uint32_t batch_bits(xsimd::batch
   return bits;
 }
 
+/// b in every lane.
+template <class B> PATCHRT_INLINE typename B::batch_bool_type uniform_mask(bool b) {
+#if defined(__AVX512F__)  // xsimd sets it bit by bit
+  if constexpr (sizeof(B) == 64) {
+    using bits = typename B::batch_bool_type::register_type;
+    return typename B::batch_bool_type(static_cast<bits>(b ? ~bits(0) : bits(0)));
+  }
+#endif
+  return typename B::batch_bool_type(b);
+}
 /// The inverse of `batch_bits`.
 template <class B> PATCHRT_INLINE typename B::batch_bool_type batch_mask(std::uint32_t bits) {
 #if defined(__AVX512F__)
@@ -106,7 +116,7 @@ template <class T, int N> struct pack_mask {
   pack_mask() = default;
   PATCHRT_INLINE explicit pack_mask(bool b) {
     PATCHRT_UNROLL
-    for (auto& p : part) p = batch_bool(b);
+    for (auto& p : part) p = detail::uniform_mask<batch>(b);
   }
   /// Lane i is bit i of `bits`.
   PATCHRT_INLINE static pack_mask from_bits(std::uint32_t bits) {

@@ -40,7 +40,7 @@ template <tangent Touch = tangent::hit, scalar T> PATCHRT_INLINE quadratic_roots
   T const discriminant = difference_of_products(h, h, a, c);
   T const q = -(h + copysign(sqrt(max(discriminant, zero)), h));
   T const u = q / (a + zero);  // -0 becomes 0
-  auto const with_q = q < zero || zero < q, with_a = a < zero || zero < a;
+  auto const with_q = zero < abs(q), with_a = zero < abs(a);
   T const v = select(with_q, c / q, u);
   auto const crosses = Touch == tangent::hit ? zero <= discriminant : zero < discriminant;
   return {min(u, v), max(u, v), crosses && discriminant <= largest && (with_q || with_a)};

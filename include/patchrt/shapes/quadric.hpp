@@ -23,6 +23,11 @@ template <class T> struct quadric {
   }
 };
 
+/// Whether f has terms in y z, x z or x y, or NaN there: without, Q is diagonal.
+template <scalar T> PATCHRT_INLINE mask_t<T> has_products(quadric<T> const& q) {
+  return !(sum_of_magnitudes(q.products) <= T(0));
+}
+
 /// Q v, three roundings a term.
 template <scalar T> PATCHRT_INLINE vec3<T> multiply(quadric<T> const& q, vec3<T> const& v) {
   vec3<T> const &s = q.squares, &m = q.products;
