@@ -22,24 +22,29 @@ template <scalar T> struct sphere_hit {
   mask_t<T> valid;
 };
 
-/// Both crossings of a line with a sphere, one sphere for all lanes or one for each, by 25 operations and a square
+/// Both crossings of a line with a sphere, one sphere for all lanes or one for each, by 43 operations and a square
 /// root.
 ///
 /// At p = o - c + s d with s = -(o - c).d / d.d, and w = -p.d / d.d for what s is wrong by,
 ///     t = s + (w -+ sqrt(w^2 + (r^2 - p.p) / d.d)):
-/// p is one rounding from the line's point at s whatever s is, so nothing that is squared is larger than the sphere,
-/// and only its own size is lost in what cancels. For a ray that meets the sphere at an angle of a to its normal, each
-/// t is within (1 + tan a) ulp where the origin is far away, and within 12 eps r / (|d| cos a) near.
+/// p, with what o - c loses to rounding added again, is within roundings of its own size from the line's point at s
+/// whatever s is, so nothing that is squared is larger than the sphere, and only its own size is lost in what cancels.
+/// For a ray that meets the sphere at an angle of a to its normal, each t is within half an ulp, its own rounding, and
+/// 12 eps r / (|d| cos a).
 /// \pre    d.d, and r^2 / d.d, neither over- nor underflow.
 /// \return `real` is false where the line misses, and where a number is NaN or d is 0. A tangent is real.
 /// \note   Haines, Guenther & Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems,
-///         2019, chapter 7; w is what makes it serve origins a million radii away.
+///         2019, chapter 7; w and what o - c loses are what make it serve origins a million radii away.
 template <scalar T, lanes_of<T> B>
 PATCHRT_INLINE sphere_crossings<T> crossings(centred_ray<T> const& r, sphere<B> const& ball) {
   T const radius(ball.radius);
-  ray_middle<T> const m = middle_of(r, convert_vec<T>(ball.centre));
-  T const w = -dot(m.point, r.direction) * r.inverse_square;
-  T const inside = fma(-m.point.x, m.point.x, fma(-m.point.y, m.point.y, fma(-m.point.z, m.point.z, radius * radius)));
+  vec3<T> const centre = convert_vec<T>(ball.centre);
+  ray_middle<T> const m = middle_of(r, centre);
+  vec3<T> const p{m.point.x + lost_in_difference(r.origin.x, centre.x),
+                  m.point.y + lost_in_difference(r.origin.y, centre.y),
+                  m.point.z + lost_in_difference(r.origin.z, centre.z)};
+  T const w = -dot(p, r.direction) * r.inverse_square;
+  T const inside = fma(-p.x, p.x, fma(-p.y, p.y, fma(-p.z, p.z, radius * radius)));
   T const square = fma(w, w, inside * r.inverse_square);
   T const zero(0), root = sqrt(max(square, zero));
   return {m.t + (w - root), m.t + (w + root), zero <= square};
