@@ -25,6 +25,7 @@
 #include <patchrt/core/affine.hpp>
 #include <patchrt/core/box.hpp>
 #include <patchrt/core/config.hpp>
+#include <patchrt/core/error_free.hpp>
 #include <patchrt/core/ray.hpp>
 #include <patchrt/core/scalar.hpp>
 #include <patchrt/core/twin_planes.hpp>
@@ -44,7 +45,6 @@
 #include <patchrt/intersect/reference_root.hpp>
 #include <patchrt/intersect/triangle_departure.hpp>
 #include <patchrt/numbers/directed.hpp>
-#include <patchrt/numbers/error_free.hpp>
 #include <patchrt/numbers/fixed.hpp>
 #include <patchrt/numbers/half.hpp>
 #include <patchrt/numbers/interval.hpp>

@@ -185,22 +185,17 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     else return pair{h.t - h.t, h.t - h.t};
   }
 
-  /// A hit, of what a kind's kernel gives.
-  template <class Met> PATCHRT_INLINE static auto hit_of(Met const& m) {
-    if constexpr (requires { normalised(m); }) return normalised(m);
-    else return m;
-  }
-
   /// Each shape of a block with the lanes' rays.
   template <class Shape, class Block> PATCHRT_INLINE void meet_each(Block const& block, M const& lanes) {
     using K = kernel_t<Shape>;
     auto const& r = static_cast<kind_ray_slot<Shape, K> const&>(rays_).ray_of_kind;
     K const low = beyond<K>(ray_.t_min, -1);
     for (int i = 0; i < Block::width && block.numbers[i] >= 0; ++i) {
-      auto const met = shape_kind<Shape>::template meet<K>(r, block.get(i), low, beyond<K>(hit_.t, 1));
+      auto const shape = block.get(i);
+      auto const met = shape_kind<Shape>::template meet<K>(r, shape, low, beyond<K>(hit_.t, 1));
       M const valid = lanes && convert<M>(met.valid);
       if (!any_of(valid)) continue;
-      auto const h = hit_of(met);
+      auto const h = shape_kind<Shape>::complete(r, shape, met);
       auto const [u, v] = parameters(h);
       accept(convert<R>(h.t), convert<R>(u), convert<R>(v), valid, T(std::bit_cast<float>(block.numbers[i])),
              T(std::bit_cast<float>(-1)));
@@ -213,15 +208,15 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     using K = rebind_lane_t<P, N>;
     auto const& r = static_cast<kind_ray_slot<Shape, N> const&>(rays_).ray_of_kind;
     K const low(beyond<N>(ray_.t_min, -1)), high(beyond<N>(hit_.t, 1));
+    using kind = shape_kind<Shape>;
     auto const met = [&]() PATCHRT_INLINE_LAMBDA {
-      using kind = shape_kind<Shape>;
       if constexpr (requires { kind::template meet_block<K>(r, block, low, high); })
         return kind::template meet_block<K>(r, block, low, high);
       else return kind::template meet<K>(r, block.template get<K>(), low, high);
     }();
     unsigned valid = mask_bits(met.valid);
     if (valid == 0) return;
-    auto const h = hit_of(met);
+    auto const h = kind::complete(r, block.template get<K>(), met);
     auto const [pack_u, pack_v] = parameters(h);
     N t[lanes_v<P>], u[lanes_v<P>], v[lanes_v<P>];
     store_lanes(h.t, t);

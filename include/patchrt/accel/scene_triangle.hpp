@@ -26,6 +26,10 @@ template <class T, class Form, faces F> struct shape_kind<scene_triangle<T, Form
   PATCHRT_INLINE static triangle_crossing<K> meet(Ray const& r, Record const& t, K t_min, K t_max) {
     return Form::template meet<F>(r, t, t_min, t_max);
   }
+  template <class Ray, class Record, scalar K>
+  PATCHRT_INLINE static triangle_hit<K> complete(Ray const&, Record const&, triangle_crossing<K> const& met) {
+    return normalised(met);
+  }
   /// All triangles of a block with one ray, whose axes the vertices are loaded in.
   template <scalar P, class Ray>
   requires(requires(Ray const& r) { Form::axes(r); }) PATCHRT_INLINE

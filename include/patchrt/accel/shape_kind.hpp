@@ -33,8 +33,9 @@ struct single_shapes {
 /// is an `intersect_any` too, rays that ask for any hit use that.
 ///
 /// Kinds whose shapes are rows of numbers specialise this, so that the shapes of a leaf share the lanes of a pack. What their
-/// `meet` gives has `valid`, and either `t` or an overload of `normalised` that makes a hit of it. A `meet_block`, if there is
-/// one, meets a block with one ray where `meet` and the block's rows as they are would not do as well.
+/// `meet` gives has `valid`; `complete` makes a hit of it, with `t`, and is asked only where some lane is valid. A
+/// `meet_block`, if there is one, meets a block with one ray where `meet` and the block's rows as they are would not do as
+/// well.
 template <class Shape> struct shape_kind : single_shapes {
   struct block {
     Shape shape;
