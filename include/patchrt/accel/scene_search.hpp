@@ -47,7 +47,8 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   using L = lane_t<R>;
   template <class Shape> using kernel_t = rebind_lane_t<T, shape_number_t<Shape>>;
 
-  PATCHRT_INLINE scene_search(scene_view<Shapes...> const& scene, ray<R> const& r, M active) : scene_(scene), ray_(r) {
+  PATCHRT_INLINE scene_search(scene_view<Shapes...> const& scene, ray<R> const& r, M active)
+      : scene_(scene), ray_(r), rays_(r) {
     R const zero(L(0)), infinity(std::numeric_limits<L>::infinity());
     hit_ = {r.t_max, zero, zero, T(std::bit_cast<float>(-1)), T(std::bit_cast<float>(-1)), active && !active};
     R const squared = dot(r.direction, r.direction);
@@ -66,7 +67,6 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     }
     slabs_ = make_watertight_slab_ray(convert_vec<T>(origin), convert_vec<T>(r.direction));
     follow();
-    (prepare<Shapes>(), ...);
   }
 
   PATCHRT_INLINE M const& active() const { return active_; }
@@ -92,12 +92,6 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   }
 
  private:
-  template <class Shape> PATCHRT_INLINE void prepare() {
-    using K = kernel_t<Shape>;
-    static_cast<kind_ray_slot<Shape, K>&>(rays_).ray_of_kind = kind_ray<Shape, K>::make(
-        {convert_vec<K>(ray_.origin), convert_vec<K>(ray_.direction), convert<K>(ray_.t_min), convert<K>(ray_.t_max)});
-  }
-
   /// The number of the lowest bit that is set: nvcc 13 miscompiles std::countr_zero.
   PATCHRT_INLINE static int lowest_bit(unsigned bits) { return std::popcount(~bits & (bits - 1)); }
 
@@ -259,15 +253,24 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   }
 
   using last_shape = typename decltype((std::type_identity<Shapes>{}, ...))::type;
-  struct kind_rays : kind_ray_slot<Shapes, kernel_t<Shapes>>... {};
+  struct kind_rays : kind_ray_slot<Shapes, kernel_t<Shapes>>... {
+    /// Makes each where it stays: copies of what has just been written wait for it.
+    PATCHRT_INLINE explicit kind_rays(ray<R> const& r)
+        : kind_ray_slot<Shapes, kernel_t<Shapes>>{
+              kind_ray<Shapes, kernel_t<Shapes>>::make(convert_ray<kernel_t<Shapes>>(r))}... {}
+
+    template <scalar K> PATCHRT_INLINE static ray<K> convert_ray(ray<R> const& r) {
+      return {convert_vec<K>(r.origin), convert_vec<K>(r.direction), convert<K>(r.t_min), convert<K>(r.t_max)};
+    }
+  };
 
   scene_view<Shapes...> const& scene_;
   ray<R> ray_;
+  kind_rays rays_;
   watertight_slab_ray<T> slabs_;
   T t_min_, nearest_;
   R shift_, entry_;
   M active_;
-  kind_rays rays_;
   lane_scene_hit<R, T> hit_;
 };
 

@@ -32,9 +32,9 @@ template <class T, class Form, faces F> struct shape_kind<scene_triangle<T, Form
   }
   /// All triangles of a block with one ray, whose axes the vertices are loaded in.
   template <scalar P, class Ray>
-  requires(requires(Ray const& r) { Form::axes(r); }) PATCHRT_INLINE
+  requires(requires(Ray const& r) { r.order; }) PATCHRT_INLINE
       static triangle_crossing<P> meet_block(Ray const& r, block const& b, P t_min, P t_max) {
-    return Form::template meet_in_own_axes<F>(r, b.template get<P>(Form::axes(r).axis), t_min, t_max);
+    return Form::template meet_in_own_axes<F>(r, b.template get<P>(r.order.x, r.order.y, r.order.z), t_min, t_max);
   }
 };
 

@@ -69,8 +69,10 @@ template <template <class> class Record, class number> struct lane_block {
     return load<P>([](std::size_t k) PATCHRT_INLINE_LAMBDA { return k; });
   }
   /// All shapes, of vectors alone, whose coordinates come in another order of axes.
-  template <scalar P> PATCHRT_INLINE Record<P> get(std::uint32_t const (&axes)[3]) const {
-    return load<P>([&axes](std::size_t k) PATCHRT_INLINE_LAMBDA { return k - k % 3 + axes[k % 3]; });
+  template <scalar P> PATCHRT_INLINE Record<P> get(std::size_t x, std::size_t y, std::size_t z) const {
+    return load<P>([=](std::size_t k) PATCHRT_INLINE_LAMBDA {
+      return k - k % 3 + (k % 3 == 0 ? x : k % 3 == 1 ? y : z);
+    });
   }
   void set(int i, Record<number> const& shape, std::int32_t number_of) {
     struct row {
