@@ -131,8 +131,7 @@ template <class T, executor E, class Leaves> class sah_builder {
     for (std::size_t i = end; i-- > all.node;) fit_node(nodes_, i);
   }
 
-  /// Puts primitives for which `is_left` holds before `middle`, with as many of them: what `std::partition` does, in the
-  /// same order, without a branch on each.
+  /// Puts primitives for which `is_left` holds, as many as have room there, before `middle`: no branch on each.
   template <class F> static void exchange(primitive* begin, primitive* end, primitive* middle, F const& is_left) {
     std::uint16_t right[longest_short], left[longest_short];
     int n = 0, m = 0;
