@@ -81,6 +81,7 @@
 #include <patchrt/trace/patch_hit.hpp>
 
 #if !defined(__CUDACC__)
+#  include <patchrt/accel/build_grouped_sah.hpp>
 #  include <patchrt/accel/build_mixed_hierarchy.hpp>
 #  include <patchrt/accel/build_sah.hpp>
 #  include <patchrt/accel/build_scene.hpp>
@@ -88,7 +89,7 @@
 #  include <patchrt/accel/build_wide_bvh.hpp>
 #  include <patchrt/accel/cull_back_faces.hpp>
 #  include <patchrt/accel/find_joins.hpp>
-#  include <patchrt/accel/group_leaves.hpp>
+#  include <patchrt/accel/sah_builder.hpp>
 #  include <patchrt/accel/subpatch_bounds.hpp>
 #  include <patchrt/accel/traverse_wide.hpp>
 #  include <patchrt/shapes/nurbs.hpp>
