@@ -201,7 +201,7 @@ void scene_list(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays
       std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays),
                 last_rays + N, rays[i]);
       trace_pack<AnyHit>(scene, last_rays, last, (1u << n) - 1u);
-      std::copy(last, last + n, answers.begin() + std::ptrdiff_t(i));
+      for (std::size_t k = 0; k < n; ++k) answers[i + k] = last[k];
     }
     trace_waiting(end);
   });
