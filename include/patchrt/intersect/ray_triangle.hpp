@@ -10,7 +10,6 @@
 /// has its own of both. `intersect` divides.
 
 #include <patchrt/core/ray.hpp>
-#include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/shapes/triangle.hpp>
 
 #include <concepts>
