@@ -73,6 +73,7 @@ TEST_CASE("intervals hold the crossings that they are certain of") {
         crossings(make_centred_ray(convert_vec<I>(sum(aim, back)), convert_vec<I>(-back)), convert_quadric<I>(s));
     for (int i = 1; i <= 2; ++i) {
       if (!all.hit[i].valid || roots.size() != 2) continue;
+      if (all.hit[i].face.lo != 0 || all.hit[i].face.hi != 0) continue;  // a cap's, or within rounding of one
       real const& t = roots[0] < roots[1] ? roots[std::size_t(i - 1)] : roots[std::size_t(2 - i)];
       REQUIRE((all.hit[i].t.lo <= t && t <= all.hit[i].t.hi));
       ++held;

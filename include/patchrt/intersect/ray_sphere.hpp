@@ -40,9 +40,9 @@ PATCHRT_INLINE sphere_crossings<T> crossings(centred_ray<T> const& r, sphere<B> 
   T const radius(ball.radius);
   vec3<T> const centre = convert_vec<T>(ball.centre);
   ray_middle<T> const m = middle_of(r, centre);
-  vec3<T> const p{m.point.x + lost_in_difference(r.origin.x, centre.x),
-                  m.point.y + lost_in_difference(r.origin.y, centre.y),
-                  m.point.z + lost_in_difference(r.origin.z, centre.z)};
+  vec3<T> const p{m.point.x - lost_in_difference(centre.x, r.origin.x),
+                  m.point.y - lost_in_difference(centre.y, r.origin.y),
+                  m.point.z - lost_in_difference(centre.z, r.origin.z)};
   T const w = -dot(p, r.direction) * r.inverse_square;
   T const inside = fma(-p.x, p.x, fma(-p.y, p.y, fma(-p.z, p.z, radius * radius)));
   T const square = fma(w, w, inside * r.inverse_square);
