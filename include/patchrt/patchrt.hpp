@@ -25,6 +25,7 @@
 #include <patchrt/core/affine.hpp>
 #include <patchrt/core/box.hpp>
 #include <patchrt/core/config.hpp>
+#include <patchrt/core/error_free.hpp>
 #include <patchrt/core/ray.hpp>
 #include <patchrt/core/scalar.hpp>
 #include <patchrt/core/twin_planes.hpp>
@@ -44,7 +45,6 @@
 #include <patchrt/intersect/reference_root.hpp>
 #include <patchrt/intersect/triangle_departure.hpp>
 #include <patchrt/numbers/directed.hpp>
-#include <patchrt/numbers/error_free.hpp>
 #include <patchrt/numbers/fixed.hpp>
 #include <patchrt/numbers/half.hpp>
 #include <patchrt/numbers/interval.hpp>
@@ -81,6 +81,7 @@
 #include <patchrt/trace/patch_hit.hpp>
 
 #if !defined(__CUDACC__)
+#  include <patchrt/accel/build_grouped_sah.hpp>
 #  include <patchrt/accel/build_mixed_hierarchy.hpp>
 #  include <patchrt/accel/build_sah.hpp>
 #  include <patchrt/accel/build_scene.hpp>
@@ -88,7 +89,7 @@
 #  include <patchrt/accel/build_wide_bvh.hpp>
 #  include <patchrt/accel/cull_back_faces.hpp>
 #  include <patchrt/accel/find_joins.hpp>
-#  include <patchrt/accel/group_leaves.hpp>
+#  include <patchrt/accel/sah_builder.hpp>
 #  include <patchrt/accel/subpatch_bounds.hpp>
 #  include <patchrt/accel/traverse_wide.hpp>
 #  include <patchrt/shapes/nurbs.hpp>

@@ -162,13 +162,6 @@ TEMPLATE_TEST_CASE("a box with a NaN coordinate is refused by its number", "", f
     }
 }
 
-TEST_CASE("lists of other than 1 to 8 boxes cannot be left whole") {
-  auto const boxes = test::scattered_boxes<float>(100, 7u);
-  for (int const whole : {-1, 0, 9, 1 << 30})
-    REQUIRE_THROWS_WITH(build_sah<float>(boxes, {.whole = whole}), test::contains_text("expected 1 to 8"));
-  for (int const whole : {1, 2, 8}) REQUIRE(fault(build_sah<float>(boxes, {.whole = whole}), boxes) == "");
-}
-
 TEST_CASE("numbers of bins without sense are refused") {
   auto const boxes = test::scattered_boxes<float>(100, 6u);
   for (int const bins : {-1, 0, 1, 33, 1 << 30})

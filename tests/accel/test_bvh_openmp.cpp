@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <accel/random_boxes.hpp>
-#include <patchrt/accel/build_sah.hpp>
+#include <patchrt/accel/build_grouped_sah.hpp>
 #include <patchrt/exec/openmp.hpp>
 #include <support/catch.hpp>
 
@@ -10,11 +10,11 @@ using namespace patchrt;
 
 namespace {
 
+template <class X> bool same_bits(std::vector<X> const& a, std::vector<X> const& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+}
 template <class T> bool same_bits(bvh<T> const& a, bvh<T> const& b) {
-  auto const same = [](auto const& x, auto const& y) {
-    return x.size() == y.size() && (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof x[0]) == 0);
-  };
-  return same(a.nodes, b.nodes) && same(a.links, b.links);
+  return same_bits(a.nodes, b.nodes) && same_bits(a.links, b.links);
 }
 
 }  // namespace
@@ -28,6 +28,24 @@ TEMPLATE_TEST_CASE("any number of threads builds the same tree", "", float, doub
       bvh<T> const tree = build_sah<T>(boxes);
       for (int const threads : {1, 2, 3}) REQUIRE(same_bits(tree, build_sah<T>(boxes, openmp(threads))));
     }
+}
+
+TEST_CASE("any number of threads makes the same grouped leaves") {
+  unsigned const seed = 9u;
+  auto const group = [](std::vector<box<float>> const& boxes, auto const& exec) {
+    auto const fits = [](std::span<std::uint32_t const> p) { return p[0] % 3 != 0; };
+    return detail::build_grouped_sah<8>(detail::sah_primitives(std::span(boxes), exec), fits, exec);
+  };
+  for (auto const& [name, boxes] : test::box_sets<float>(100000, seed)) {
+    CAPTURE(seed, name);
+    auto const one = group(boxes, serial{});
+    for (int const threads : {1, 2, 3}) {
+      auto const other = group(boxes, openmp(threads));
+      REQUIRE(same_bits(one.tree, other.tree));
+      REQUIRE(one.order == other.order);
+      REQUIRE(one.first == other.first);
+    }
+  }
 }
 
 TEST_CASE("a box refused in a thread is refused to the caller") {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <accel/random_boxes.hpp>
 #include <intersect/random_box_rays.hpp>
-#include <patchrt/accel/build_sah.hpp>
+#include <patchrt/accel/build_grouped_sah.hpp>
 #include <patchrt/accel/build_wide_bvh.hpp>
-#include <patchrt/accel/group_leaves.hpp>
 #include <patchrt/accel/traverse_wide.hpp>
 #include <patchrt/numbers/pack.hpp>
 #include <support/catch.hpp>
@@ -25,6 +24,16 @@ box<float> child_box(wide_node const& n, int slot) {
           {n.bounds[1][slot], n.bounds[3][slot], n.bounds[5][slot]}};
 }
 
+template <std::size_t Most, class Fits>
+grouped_bvh<float> group(std::vector<box<float>> const& boxes, Fits const& fits) {
+  return detail::build_grouped_sah<Most>(detail::sah_primitives(std::span(boxes), serial{}), fits, serial{});
+}
+
+/// An odd rule: primitives of one parity alone.
+bool are_of_one_parity(std::span<std::uint32_t const> p) {
+  return std::all_of(p.begin(), p.end(), [&](std::uint32_t i) { return i % 2 == p[0] % 2; });
+}
+
 /// Leaves of up to four boxes, and the wide tree over them.
 struct built {
   unsigned seed;
@@ -36,7 +45,7 @@ struct built {
   built(std::size_t n, unsigned s)
       : seed(s),
         boxes(test::scattered_boxes<float>(n, s)),
-        grouped(group_leaves(build_sah<float>(boxes), 4, [](auto) { return true; })),
+        grouped(group<4>(boxes, [](auto) { return true; })),
         wide(build_wide_bvh(grouped.tree)) {
     for (auto const& node : grouped.tree.nodes)
       if (node.primitive >= 0) leaf_boxes.push_back(node.bounds);
@@ -70,16 +79,11 @@ std::map<std::uint32_t, float> leaves_met(built const& b, watertight_slab_ray<fl
 }  // namespace
 
 TEST_CASE("grouped leaves share out all primitives, as many as fit, in boxes that hold them") {
-  std::size_t const n = GENERATE(std::size_t(1), std::size_t(2), std::size_t(9), std::size_t(1000));
+  std::size_t const n = GENERATE(std::size_t(1), std::size_t(2), std::size_t(9), std::size_t(1000), std::size_t(9000));
   unsigned const seed = GENERATE(3u, 4u);
   CAPTURE(n, seed);
   auto const boxes = test::scattered_boxes<float>(n, seed);
-  auto const fine = build_sah<float>(boxes);
-  // An odd rule: primitives of one parity alone.
-  auto const fits = [](std::span<std::uint32_t const> p) {
-    return std::all_of(p.begin(), p.end(), [&](std::uint32_t i) { return i % 2 == p[0] % 2; });
-  };
-  auto const g = group_leaves(fine, 5, fits);
+  auto const g = group<5>(boxes, are_of_one_parity);
   std::set<std::uint32_t> seen(g.order.begin(), g.order.end());
   REQUIRE(seen.size() == n);
   REQUIRE(g.order.size() == n);
@@ -98,7 +102,7 @@ TEST_CASE("grouped leaves share out all primitives, as many as fit, in boxes tha
     REQUIRE(std::size_t(node.primitive) == next);
     auto const span = std::span(g.order).subspan(g.first[next], g.first[next + 1] - g.first[next]);
     REQUIRE(!span.empty());
-    REQUIRE((span.size() == 1 || (span.size() <= 5 && fits(span))));
+    REQUIRE((span.size() == 1 || (span.size() <= 5 && are_of_one_parity(span))));
     box<float> all = box<float>::empty();
     for (std::uint32_t p : span) all = merge(all, boxes[p]);
     REQUIRE(node.bounds == all);
@@ -108,27 +112,39 @@ TEST_CASE("grouped leaves share out all primitives, as many as fit, in boxes tha
   REQUIRE(next == leaves);
 }
 
-TEST_CASE("leaves are the same whether short lists are split by cost or left whole") {
-  unsigned const seed = GENERATE(10u, 11u);
-  CAPTURE(seed);
-  auto const boxes = test::scattered_boxes<float>(5000, seed);
-  auto const all = [](auto) { return true; };
-  auto const split = group_leaves(build_sah<float>(boxes, {.links = false}), 8, all);
-  auto const whole = group_leaves(build_sah<float>(boxes, {.links = false, .whole = 8}), 8, all);
-  REQUIRE(whole.first == split.first);
-  auto const sorted = [](grouped_bvh<float> const& g) {
-    auto order = g.order;
-    for (std::size_t i = 0; i + 1 < g.first.size(); ++i)
-      std::sort(order.begin() + g.first[i], order.begin() + g.first[i + 1]);
-    return order;
+TEST_CASE("grouped leaves are the largest subtrees of the tree over single boxes that fit") {
+  unsigned const seed = 10u;
+  auto const check = [](bvh<float> const& fine, grouped_bvh<float> const& g, std::size_t most, auto const& fits) {
+    std::size_t at = 0, leaves = 0;
+    for (std::size_t i = 0; i < fine.nodes.size(); ++at) {
+      bvh_node<float> const& node = fine.nodes[i];
+      std::vector<std::uint32_t> below;
+      for (std::size_t k = i; k < node.skip && below.size() <= most; ++k)
+        if (fine.nodes[k].primitive >= 0) below.push_back(static_cast<std::uint32_t>(fine.nodes[k].primitive));
+      bool const is_leaf = below.size() == 1 || (below.size() <= most && fits(below));
+      REQUIRE(at < g.tree.nodes.size());
+      REQUIRE(g.tree.nodes[at].bounds == node.bounds);
+      REQUIRE(g.tree.nodes[at].primitive == (is_leaf ? std::int32_t(leaves) : -1));
+      i = is_leaf ? node.skip : i + 1;
+      if (!is_leaf) continue;
+      std::vector<std::uint32_t> in(g.order.begin() + g.first[leaves], g.order.begin() + g.first[leaves + 1]);
+      std::sort(in.begin(), in.end());
+      std::sort(below.begin(), below.end());
+      REQUIRE(in == below);
+      ++leaves;
+    }
+    REQUIRE(at == g.tree.nodes.size());
+    REQUIRE(leaves + 1 == g.first.size());
   };
-  REQUIRE(sorted(whole) == sorted(split));
-  REQUIRE(whole.order != split.order);
-  REQUIRE(whole.tree.nodes.size() == split.tree.nodes.size());
-  for (std::size_t i = 0; i < whole.tree.nodes.size(); ++i) {
-    auto const &a = whole.tree.nodes[i], &b = split.tree.nodes[i];
-    REQUIRE((a.bounds == b.bounds && a.primitive == b.primitive && a.skip == b.skip));
-  }
+  auto const all = [](auto const&) { return true; };
+  for (std::size_t const n : {0u, 1u, 8u, 9u, 300u, 2048u, 2049u, 9000u})
+    for (auto const& [name, boxes] : test::box_sets<float>(n, seed)) {
+      CAPTURE(seed, n, name);
+      bvh<float> const fine = build_sah<float>(boxes);
+      check(fine, group<1>(boxes, all), 1, all);
+      check(fine, group<8>(boxes, all), 8, all);
+      check(fine, group<8>(boxes, are_of_one_parity), 8, are_of_one_parity);
+    }
 }
 
 TEST_CASE("a wide tree has every leaf once, in boxes within their parents'") {

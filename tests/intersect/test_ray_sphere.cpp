@@ -108,6 +108,61 @@ TEMPLATE_TEST_CASE("t on a sphere is within the bound stated, and under 4 ulp a 
             << lines[0] << "; Haines et al. as printed" << lines[1] << "; naive" << lines[2] << '\n';
 }
 
+TEMPLATE_TEST_CASE("a corrected t on a sphere is rounded once, near its surface and far away", "", float, double) {
+  using T = TestType;
+  unsigned const seed = 3;
+  CAPTURE(seed);
+  random_quadrics g(seed);
+  double const eps = double(std::numeric_limits<T>::epsilon());
+  double worst = 0, before = 0, longest = 0;
+  int compared = 0;
+  for (int n = 0; n < 40000; ++n) {
+    double const size = std::pow(10., g.uniform(-4, 4));
+    sphere<T> const s{convert_vec<T>(scale(g.vector(-4, 4), size)), T(size)};
+    // From just outside or inside to a million radii away.
+    vec3<double> const normal = g.direction(), at = sum(convert_vec<double>(s.centre), scale(normal, size));
+    double const away = size * std::pow(10., g.uniform(2 * std::log10(eps), 6)) * (n % 2 ? 1 : -1);
+    vec3<double> const towards = sum(g.direction(), scale(normal, -1.2));
+    vec3<T> const o = convert_vec<T>(difference(at, scale(towards, away))), d = convert_vec<T>(towards);
+    exact_span const wanted = span_in(s, o, d);
+    if (!wanted.meets || wanted.cosine < 0.1) continue;
+    auto const ray = make_centred_ray(o, d);
+    auto const found = crossings(ray, s);
+    double const speed = length(exactly(d)), reach = size / (speed * wanted.cosine);
+    for (int k = 0; k < 2; ++k) {
+      double const t = static_cast<double>(wanted.t[k]);
+      T const raw = k ? found.t1 : found.t0, corrected = correct_crossing(ray, s, raw);
+      double const of_raw = 0.5 * eps * std::fabs(t) + 12 * eps * reach;
+      double const bound = 0.5 * eps * std::fabs(t) + of_raw * of_raw / reach;
+      double const off = static_cast<double>(abs(real(corrected) - wanted.t[k]));
+      worst = std::max(worst, off / bound);
+      before = std::max(before, static_cast<double>(abs(real(raw) - wanted.t[k])) / bound);
+      longest = std::max(longest, std::fabs(t) / reach);
+      ++compared;
+    }
+  }
+  CAPTURE(compared, worst, before, longest);
+  CHECK(compared > 40000);
+  CHECK(worst <= 1);
+  CHECK(before > 1000);
+  CHECK(longest > 1e5);
+}
+
+TEMPLATE_TEST_CASE("a t that no step can correct stays as it is", "", float, double) {
+  using T = TestType;
+  T const nan = std::numeric_limits<T>::quiet_NaN();
+  sphere<T> const unit{{0, 0, 0}, 1};
+  auto const corrected = [&](vec3<T> const& o, vec3<T> const& d, sphere<T> const& s, T t) {
+    return correct_crossing(make_centred_ray(o, d), s, t);
+  };
+  CHECK(corrected({-2, 1, 0}, {1, 0, 0}, unit, T(2)) == 2);            // touches: no slope
+  CHECK(corrected({-2, 0, 0}, {1, 0, 0}, unit, T(1)) == 1);            // exact
+  CHECK(corrected({-2, 2, 0}, {1, 0, 0}, unit, T(2)) == 2);            // passes
+  CHECK(corrected({5, 6, 8}, {0, 0, -1}, {{5, 6, 7}, 0}, T(1)) == 1);  // a point
+  CHECK(corrected({-2, 0, 0}, {0, 0, 0}, unit, T(1)) == 1);
+  CHECK(corrected({nan, 0, 0}, {1, 0, 0}, unit, T(1)) == 1);
+}
+
 TEMPLATE_TEST_CASE("rays hit or miss a sphere as exact arithmetic says, up to rounding of its own size", "", float,
                    double) {
   using T = TestType;

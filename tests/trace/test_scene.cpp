@@ -208,6 +208,45 @@ TEST_CASE("a scene of three kinds gives the nearest of all shapes") {
   compare_with_all<double>(seed, {1e5, -3e5, 2e5}, 3);
 }
 
+TEST_CASE("between spheres that all but touch t is rounded once") {
+  unsigned const seed = 5;
+  CAPTURE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> across(-1, 1);
+  std::vector<sphere<float>> const spheres{{{0, 0, 0}, 1}, {{1.5f, 0, 0}, 0.499999f}, {{0, 3, 0}, 1.99999f}};
+  scene<sphere<float>> const built = build_scene(spheres);
+  std::vector<ray<float>> rays;
+  for (int i = 0; i < 20000; ++i) {
+    // Between the first and another, near where they are nearest.
+    vec3<double> const axis = i % 2 ? vec3<double>(1, 0, 0) : vec3<double>(0, 1, 0);
+    vec3<double> const at = axis + vec3<double>(across(random), across(random), across(random)) * 1e-2;
+    vec3<double> const o = at * (1.0000005 / std::sqrt(dot(at, at)));
+    vec3<double> const d = axis + vec3<double>(across(random), across(random), across(random)) * 0.5;
+    rays.push_back({vec3<float>(o), vec3<float>(d), 0, std::numeric_limits<float>::infinity()});
+  }
+  auto const hits = closest<float>(built, rays);
+  int compared = 0;
+  long double worst = 0, least = 1;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (hits[i].shape < 1) continue;
+    sphere<float> const& s = spheres[std::size_t(hits[i].shape)];
+    long double a = 0, b = 0, c = -static_cast<long double>(s.radius) * s.radius;
+    for (int k = 0; k < 3; ++k) {
+      long double const d = rays[i].direction[k], from = static_cast<long double>(rays[i].origin[k]) - s.centre[k];
+      a += d * d, b += from * d, c += from * from;
+    }
+    if (!(c > 0 && b * b > 0.04L * a * s.radius * s.radius)) continue;
+    long double const t = c / (std::sqrt(b * b - a * c) - b);
+    worst = std::max(worst, std::abs(hits[i].t - t) / t);
+    least = std::min(least, t);
+    ++compared;
+  }
+  CAPTURE(compared, worst, least);
+  CHECK(compared > 10000);
+  CHECK(worst <= 0x1.01p-24L);
+  CHECK(least < 1e-4L);
+}
+
 TEMPLATE_TEST_CASE("hits are the same bits in every order of rays, in packs and alone, with a stack and without", "",
                    float, double) {
   using R = TestType;

@@ -2,9 +2,8 @@
 // host only
 #pragma once
 
-#include <patchrt/accel/build_sah.hpp>
+#include <patchrt/accel/build_grouped_sah.hpp>
 #include <patchrt/accel/build_wide_bvh.hpp>
-#include <patchrt/accel/group_leaves.hpp>
 #include <patchrt/accel/scene.hpp>
 
 #include <array>
@@ -75,17 +74,15 @@ template <class... Shapes> class scene_builder {
     ((scene_.first_shape[k++] = static_cast<std::uint32_t>(n), n += lists.size()), ...);
     if (n > std::size_t(1) << 30)
       throw std::length_error("build_scene: " + std::to_string(n) + " shapes, expected at most 2^30");
-    boxes_.reserve(n);
+    primitives_.reserve(n);
     k = 0;
     (add_boxes(lists, k++), ...);
   }
 
   template <executor E> scene<Shapes...> build(scene_options const& options, E const& exec) {
     pad();
-    // Of one kind any list that is short enough becomes a leaf: how it would be split does not matter.
-    sah_options const how{.links = false, .whole = kinds == 1 ? std::min(int(most_), sah_options::most_whole) : 1};
-    grouped_bvh<float> grouped = group_leaves(build_sah(std::span<box<float> const>(boxes_), how, exec), most_,
-                                              [this](std::span<std::uint32_t const> shapes) { return fits(shapes); });
+    grouped_bvh<float> grouped = build_grouped_sah<most_>(
+        std::move(primitives_), [this](std::span<std::uint32_t const> shapes) { return fits(shapes); }, exec);
     number_leaves(grouped);
     std::size_t k = 0;
     (fill<Shapes>(k++, grouped, exec), ...);
@@ -112,14 +109,14 @@ template <class... Shapes> class scene_builder {
       if (b != box<float>::empty() && !(is_finite(b.lo) && is_finite(b.hi)))
         throw std::invalid_argument("build_scene: the bounds of shape " + std::to_string(i) + " of list " +
                                     std::to_string(kind) + " are not finite, expected numbers that float holds");
-      boxes_.push_back(b);
+      primitives_.emplace_back(b, static_cast<std::uint32_t>(primitives_.size()));
     }
   }
 
   void pad() {
     box<float> all = box<float>::empty();
-    for (box<float> const& b : boxes_)
-      if (!is_empty(b)) all = merge(all, b);
+    for (sah_primitive<float> const& p : primitives_)
+      if (!is_empty(p.bounds())) all = merge(all, p.bounds());
     if (is_empty(all)) return;
     vec3<double> const lo(all.lo), hi(all.hi), half = scale(difference(hi, lo), 0.5);
     scene_.centre = sum(lo, half);
@@ -130,8 +127,8 @@ template <class... Shapes> class scene_builder {
     vec3<double> const c = absolute(scene_.centre);
     float const margin = static_cast<float>(0x1p-22 * (std::max({c.x, c.y, c.z}) + 6 * radius));
     vec3<float> const m(margin, margin, margin);
-    for (box<float>& b : boxes_)
-      if (!is_empty(b)) b = {b.lo - m, b.hi + m};
+    for (sah_primitive<float>& p : primitives_)
+      if (!is_empty(p.bounds())) p.widen(margin);
     scene_.bounds = {all.lo - m, all.hi + m};
   }
 
@@ -205,7 +202,7 @@ template <class... Shapes> class scene_builder {
 
   std::tuple<std::span<Shapes const>...> lists_;
   scene<Shapes...> scene_;
-  std::vector<box<float>> boxes_;
+  std::vector<sah_primitive<float>> primitives_;
   std::vector<std::uint32_t> places_;  // of a leaf's number, where it is in the tree's order
 };
 

@@ -5,6 +5,7 @@
 #include <patchrt/accel/bvh.hpp>
 #include <patchrt/accel/wide_bvh.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 #include <stdexcept>
@@ -17,13 +18,13 @@ namespace patchrt {
 namespace detail {
 
 /// Chooses which nodes of a binary tree become wide ones, at the least expected cost: the sum of the areas of all boxes
-/// that stay nodes. least[k] of a node is that of making what is below it up to k children of some wide node.
+/// that stay nodes.
 class wide_builder {
  public:
   explicit wide_builder(bvh<float> const& tree) : nodes_(tree.nodes), plans_(tree.nodes.size()) {}
 
   wide_bvh build() {
-    for (std::size_t i = nodes_.size(); i-- > 0;) plan_node(i);
+    make_plans();
     wide_bvh wide;
     wide.nodes.reserve(nodes_.size() / 8 + 1);
     wide.nodes.emplace_back();
@@ -64,8 +65,11 @@ class wide_builder {
  private:
   static constexpr int width = wide_node::width;
 
+  /// Of making what is below a node up to k + 1 children of some wide node.
+  struct costs {
+    float least[width];
+  };
   struct plan {
-    float least[width + 1];
     // Of k children, how many go to the first child; 0: all are one, this node.
     unsigned char left[width + 1];
     unsigned char left_of_node;  // the same for the eight children that it has where it becomes a node
@@ -73,28 +77,45 @@ class wide_builder {
 
   bool is_leaf(std::size_t i) const { return nodes_[i].primitive >= 0; }
 
-  void plan_node(std::size_t i) {
-    plan& p = plans_[i];
-    float const area = max(half_area(nodes_[i].bounds), 0.0f);
-    if (is_leaf(i)) {
-      for (int k = 1; k <= width; ++k) p.least[k] = area, p.left[k] = 0;
-      return;
-    }
-    plan const &first = plans_[i + 1], &second = plans_[nodes_[i + 1].skip];
-    // least of a child falls with k, so that all k are given away.
-    for (int k = 2; k <= width; ++k) {
-      p.least[k] = std::numeric_limits<float>::infinity();
-      p.left[k] = 1;
-      for (int l = 1; l < k; ++l) {
-        float const cost = first.least[l] + second.least[k - l];
-        if (cost < p.least[k]) p.least[k] = cost, p.left[k] = static_cast<unsigned char>(l);
+  void make_plans() {
+    std::vector<costs> waiting;  // of nodes whose parents come later, the next one's first child last
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+      float const area = max(half_area(nodes_[i].bounds), 0.0f);
+      if (is_leaf(i)) {
+        std::fill_n(waiting.emplace_back().least, width, area);
+      } else {
+        costs const first = waiting.back();
+        waiting.pop_back();
+        waiting.back() = plan_node(plans_[i], area, first, waiting.back());
       }
     }
-    p.left_of_node = p.left[width];
-    p.least[1] = area + p.least[width];
-    p.left[1] = 0;
-    for (int k = 2; k <= width; ++k)
-      if (p.least[1] <= p.least[k]) p.least[k] = p.least[1], p.left[k] = 0;
+  }
+
+  static costs plan_node(plan& p, float area, costs const& first, costs const& second) {
+    // least of a child falls with k, so that all k are given away.
+    float of_second[2 * width];
+    std::fill_n(of_second, width, std::numeric_limits<float>::infinity());
+    std::copy_n(second.least, width, of_second + width);
+    costs c;
+    int left[width];
+    std::fill_n(c.least, width, std::numeric_limits<float>::infinity());
+    std::fill_n(left, width, 1);
+    for (int l = 1; l < width; ++l) {
+      PATCHRT_VECTORISE
+      for (int k = 0; k < width; ++k) {
+        float const cost = first.least[l - 1] + of_second[width + k - l];
+        left[k] = cost < c.least[k] ? l : left[k];
+        c.least[k] = cost < c.least[k] ? cost : c.least[k];
+      }
+    }
+    p.left_of_node = static_cast<unsigned char>(left[width - 1]);
+    float const as_node = area + c.least[width - 1];
+    for (int k = 0; k < width; ++k) {
+      bool const is_node = k == 0 || as_node <= c.least[k];
+      p.left[k + 1] = is_node ? 0 : static_cast<unsigned char>(left[k]);
+      c.least[k] = is_node ? as_node : c.least[k];
+    }
+    return c;
   }
 
   void add_children(std::size_t i, int most, std::size_t (&child)[width], int& count) const {

@@ -32,6 +32,7 @@ template <class T> struct alignas(16) sah_bounds {
     T const x = lane[4] + lane[0], y = lane[5] + lane[1], z = lane[6] + lane[2];
     return x * y + y * z + z * x;
   }
+  box<T> bounds() const { return {{-lane[0], -lane[1], -lane[2]}, {lane[4], lane[5], lane[6]}}; }
 };
 
 /// A primitive's box and, as bits in the free lanes, its index.
@@ -39,30 +40,40 @@ template <class T> struct sah_primitive : sah_bounds<T> {
   using bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   using sah_bounds<T>::lane;
 
-  sah_primitive() = default;
+  sah_primitive() {}  // so that vectors leave it as it is
   sah_primitive(box<T> const& b, std::uint32_t index)
       : sah_bounds<T>{{-b.lo.x, -b.lo.y, -b.lo.z, std::bit_cast<T>(bits(index)),  //
                        b.hi.x, b.hi.y, b.hi.z, std::bit_cast<T>(bits(index))}} {}
 
   std::int32_t index() const { return static_cast<std::int32_t>(std::bit_cast<bits>(lane[3])); }
-  box<T> bounds() const { return {{-lane[0], -lane[1], -lane[2]}, {lane[4], lane[5], lane[6]}}; }
+  void widen(T margin) {
+    for (int k = 0; k < 3; ++k) {
+      lane[k] += margin;
+      lane[4 + k] += margin;
+    }
+  }
   /// Twice the box's centre, and 0 where k is 3; NaN for an empty box.
   T centre(int k) const { return lane[4 + k] - lane[k]; }
 };
 
 /// The bounds of the centres of some primitives.
 template <class T> sah_bounds<T> centre_bounds(sah_primitive<T> const* begin, sah_primitive<T> const* end) {
-  constexpr T inf = std::numeric_limits<T>::infinity();
-  T lo[4] = {inf, inf, inf, inf}, hi[4] = {-inf, -inf, -inf, -inf};
-  for (; begin != end; ++begin) {
+  auto const add = [](sah_bounds<T>& b, sah_primitive<T> const& p) {
     PATCHRT_VECTORISE
     for (int k = 0; k < 4; ++k) {
-      T const x = begin->centre(k);
-      lo[k] = x < lo[k] ? x : lo[k];
-      hi[k] = hi[k] < x ? x : hi[k];
+      T const x = p.centre(k);
+      b.lane[k] = b.lane[k] < -x ? -x : b.lane[k];
+      b.lane[4 + k] = b.lane[4 + k] < x ? x : b.lane[4 + k];
     }
+  };
+  sah_bounds<T> b = sah_bounds<T>::empty(), of_end = b;  // two, neither of which waits for the other
+  for (; end - begin > 1; ++begin) {
+    add(b, *begin);
+    add(of_end, *--end);
   }
-  return {{-lo[0], -lo[1], -lo[2], -lo[3], hi[0], hi[1], hi[2], hi[3]}};
+  if (begin != end) add(b, *begin);
+  b.add(of_end);
+  return b;
 }
 
 /// The cells, equally wide, that centres are counted in, on each axis.
@@ -135,15 +146,21 @@ template <class T> struct sah_bins {
       std::fill_n(count[k], bins, 0u);
     }
   }
-  void add(sah_grid<T> const& grid, sah_primitive<T> const* begin, sah_primitive<T> const* end) {
-    for (; begin != end; ++begin) {
-      int cell[4];
-      grid.find(*begin, cell);
-      for (int k = 0; k < 3; ++k) {
-        bounds[k][cell[k]].add(*begin);
-        ++count[k][cell[k]];
-      }
+  void add(sah_grid<T> const& grid, sah_primitive<T> const& p) {
+    int cell[4];
+    grid.find(p, cell);
+    for (int k = 0; k < 3; ++k) {
+      bounds[k][cell[k]].add(p);
+      ++count[k][cell[k]];
     }
+  }
+  /// From both ends in turn: neighbours are often in one cell, and would wait for each other.
+  void add(sah_grid<T> const& grid, sah_primitive<T> const* begin, sah_primitive<T> const* end) {
+    for (; end - begin > 1; ++begin) {
+      add(grid, *begin);
+      add(grid, *--end);
+    }
+    if (begin != end) add(grid, *begin);
   }
   void add(sah_bins const& b, int bins) {
     for (int k = 0; k < 3; ++k)
@@ -157,19 +174,23 @@ template <class T> struct sah_bins {
     sah_split split;
     sah_cost<T> lowest;
     for (int k = 0; k < 3; ++k) {
+      int cell[most + 1], cells = 0;  // those that are not empty
+      for (int i = 0; i < bins; ++i) {
+        cell[cells] = i;
+        cells += count[k][i] != 0;
+      }
       T area_right[most];
       sah_bounds<T> b = sah_bounds<T>::empty();
-      for (int i = bins - 1; i > 0; --i) {
-        b.add(bounds[k][i]);
+      for (int i = cells - 1; i > 0; --i) {
+        b.add(bounds[k][cell[i]]);
         area_right[i] = b.half_area();
       }
       b = sah_bounds<T>::empty();
       std::size_t left = 0;
-      for (int i = 1; i < bins; ++i) {
-        b.add(bounds[k][i - 1]);
-        left += count[k][i - 1];
-        if (left == 0 || left == n || count[k][i - 1] == 0) continue;
-        if (lowest.improve(b.half_area(), left, area_right[i], n - left)) split = {k, i, left};
+      for (int i = 1; i < cells; ++i) {
+        b.add(bounds[k][cell[i - 1]]);
+        left += count[k][cell[i - 1]];
+        if (lowest.improve(b.half_area(), left, area_right[i], n - left)) split = {k, cell[i - 1] + 1, left};
       }
     }
     return split;

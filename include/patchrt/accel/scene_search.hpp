@@ -47,7 +47,8 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   using L = lane_t<R>;
   template <class Shape> using kernel_t = rebind_lane_t<T, shape_number_t<Shape>>;
 
-  PATCHRT_INLINE scene_search(scene_view<Shapes...> const& scene, ray<R> const& r, M active) : scene_(scene), ray_(r) {
+  PATCHRT_INLINE scene_search(scene_view<Shapes...> const& scene, ray<R> const& r, M active)
+      : scene_(scene), ray_(r), rays_(r) {
     R const zero(L(0)), infinity(std::numeric_limits<L>::infinity());
     hit_ = {r.t_max, zero, zero, T(std::bit_cast<float>(-1)), T(std::bit_cast<float>(-1)), active && !active};
     R const squared = dot(r.direction, r.direction);
@@ -66,7 +67,6 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     }
     slabs_ = make_watertight_slab_ray(convert_vec<T>(origin), convert_vec<T>(r.direction));
     follow();
-    (prepare<Shapes>(), ...);
   }
 
   PATCHRT_INLINE M const& active() const { return active_; }
@@ -92,12 +92,6 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   }
 
  private:
-  template <class Shape> PATCHRT_INLINE void prepare() {
-    using K = kernel_t<Shape>;
-    static_cast<kind_ray_slot<Shape, K>&>(rays_).ray_of_kind = kind_ray<Shape, K>::make(
-        {convert_vec<K>(ray_.origin), convert_vec<K>(ray_.direction), convert<K>(ray_.t_min), convert<K>(ray_.t_max)});
-  }
-
   /// The number of the lowest bit that is set: nvcc 13 miscompiles std::countr_zero.
   PATCHRT_INLINE static int lowest_bit(unsigned bits) { return std::popcount(~bits & (bits - 1)); }
 
@@ -185,22 +179,17 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     else return pair{h.t - h.t, h.t - h.t};
   }
 
-  /// A hit, of what a kind's kernel gives.
-  template <class Met> PATCHRT_INLINE static auto hit_of(Met const& m) {
-    if constexpr (requires { normalised(m); }) return normalised(m);
-    else return m;
-  }
-
   /// Each shape of a block with the lanes' rays.
   template <class Shape, class Block> PATCHRT_INLINE void meet_each(Block const& block, M const& lanes) {
     using K = kernel_t<Shape>;
     auto const& r = static_cast<kind_ray_slot<Shape, K> const&>(rays_).ray_of_kind;
     K const low = beyond<K>(ray_.t_min, -1);
     for (int i = 0; i < Block::width && block.numbers[i] >= 0; ++i) {
-      auto const met = shape_kind<Shape>::template meet<K>(r, block.get(i), low, beyond<K>(hit_.t, 1));
+      auto const shape = block.get(i);
+      auto const met = shape_kind<Shape>::template meet<K>(r, shape, low, beyond<K>(hit_.t, 1));
       M const valid = lanes && convert<M>(met.valid);
       if (!any_of(valid)) continue;
-      auto const h = hit_of(met);
+      auto const h = shape_kind<Shape>::complete(r, shape, met);
       auto const [u, v] = parameters(h);
       accept(convert<R>(h.t), convert<R>(u), convert<R>(v), valid, T(std::bit_cast<float>(block.numbers[i])),
              T(std::bit_cast<float>(-1)));
@@ -213,15 +202,15 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     using K = rebind_lane_t<P, N>;
     auto const& r = static_cast<kind_ray_slot<Shape, N> const&>(rays_).ray_of_kind;
     K const low(beyond<N>(ray_.t_min, -1)), high(beyond<N>(hit_.t, 1));
+    using kind = shape_kind<Shape>;
     auto const met = [&]() PATCHRT_INLINE_LAMBDA {
-      using kind = shape_kind<Shape>;
       if constexpr (requires { kind::template meet_block<K>(r, block, low, high); })
         return kind::template meet_block<K>(r, block, low, high);
       else return kind::template meet<K>(r, block.template get<K>(), low, high);
     }();
     unsigned valid = mask_bits(met.valid);
     if (valid == 0) return;
-    auto const h = hit_of(met);
+    auto const h = kind::complete(r, block.template get<K>(), met);
     auto const [pack_u, pack_v] = parameters(h);
     N t[lanes_v<P>], u[lanes_v<P>], v[lanes_v<P>];
     store_lanes(h.t, t);
@@ -264,15 +253,24 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
   }
 
   using last_shape = typename decltype((std::type_identity<Shapes>{}, ...))::type;
-  struct kind_rays : kind_ray_slot<Shapes, kernel_t<Shapes>>... {};
+  struct kind_rays : kind_ray_slot<Shapes, kernel_t<Shapes>>... {
+    /// Makes each where it stays: copies of what has just been written wait for it.
+    PATCHRT_INLINE explicit kind_rays(ray<R> const& r)
+        : kind_ray_slot<Shapes, kernel_t<Shapes>>{
+              kind_ray<Shapes, kernel_t<Shapes>>::make(convert_ray<kernel_t<Shapes>>(r))}... {}
+
+    template <scalar K> PATCHRT_INLINE static ray<K> convert_ray(ray<R> const& r) {
+      return {convert_vec<K>(r.origin), convert_vec<K>(r.direction), convert<K>(r.t_min), convert<K>(r.t_max)};
+    }
+  };
 
   scene_view<Shapes...> const& scene_;
   ray<R> ray_;
+  kind_rays rays_;
   watertight_slab_ray<T> slabs_;
   T t_min_, nearest_;
   R shift_, entry_;
   M active_;
-  kind_rays rays_;
   lane_scene_hit<R, T> hit_;
 };
 

@@ -21,10 +21,18 @@ template <class T> struct shape_kind<sphere<T>> {
   }
   template <scalar K, lanes_of<K> R, lanes_of<K> S>
   PATCHRT_INLINE static sphere_hit<K> meet(centred_ray<R> const& r, sphere<S> const& s, K t_min, K t_max) {
-    centred_ray<K> const lanes{{K(r.origin.x), K(r.origin.y), K(r.origin.z)},
-                               {K(r.direction.x), K(r.direction.y), K(r.direction.z)},
-                               K(r.inverse_square)};
-    return intersect(lanes, s, t_min, t_max);
+    return intersect(lanes<K>(r), s, t_min, t_max);
+  }
+  template <scalar K, lanes_of<K> R, lanes_of<K> S>
+  PATCHRT_INLINE static sphere_hit<K> complete(centred_ray<R> const& r, sphere<S> const& s, sphere_hit<K> const& met) {
+    return {correct_crossing(lanes<K>(r), s, met.t), met.valid};
+  }
+
+ private:
+  template <scalar K, lanes_of<K> R> PATCHRT_INLINE static centred_ray<K> lanes(centred_ray<R> const& r) {
+    return {{K(r.origin.x), K(r.origin.y), K(r.origin.z)},
+            {K(r.direction.x), K(r.direction.y), K(r.direction.z)},
+            K(r.inverse_square)};
   }
 };
 

@@ -26,11 +26,15 @@ template <class T, class Form, faces F> struct shape_kind<scene_triangle<T, Form
   PATCHRT_INLINE static triangle_crossing<K> meet(Ray const& r, Record const& t, K t_min, K t_max) {
     return Form::template meet<F>(r, t, t_min, t_max);
   }
+  template <class Ray, class Record, scalar K>
+  PATCHRT_INLINE static triangle_hit<K> complete(Ray const&, Record const&, triangle_crossing<K> const& met) {
+    return normalised(met);
+  }
   /// All triangles of a block with one ray, whose axes the vertices are loaded in.
   template <scalar P, class Ray>
-  requires(requires(Ray const& r) { Form::axes(r); }) PATCHRT_INLINE
+  requires(requires(Ray const& r) { r.order; }) PATCHRT_INLINE
       static triangle_crossing<P> meet_block(Ray const& r, block const& b, P t_min, P t_max) {
-    return Form::template meet_in_own_axes<F>(r, b.template get<P>(Form::axes(r).axis), t_min, t_max);
+    return Form::template meet_in_own_axes<F>(r, b.template get<P>(r.order.x, r.order.y, r.order.z), t_min, t_max);
   }
 };
 

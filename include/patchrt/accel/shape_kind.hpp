@@ -33,8 +33,9 @@ struct single_shapes {
 /// is an `intersect_any` too, rays that ask for any hit use that.
 ///
 /// Kinds whose shapes are rows of numbers specialise this, so that the shapes of a leaf share the lanes of a pack. What their
-/// `meet` gives has `valid`, and either `t` or an overload of `normalised` that makes a hit of it. A `meet_block`, if there is
-/// one, meets a block with one ray where `meet` and the block's rows as they are would not do as well.
+/// `meet` gives has `valid`; `complete` makes a hit of it, with `t`, and is asked only where some lane is valid. A
+/// `meet_block`, if there is one, meets a block with one ray where `meet` and the block's rows as they are would not do as
+/// well.
 template <class Shape> struct shape_kind : single_shapes {
   struct block {
     Shape shape;
@@ -68,8 +69,10 @@ template <template <class> class Record, class number> struct lane_block {
     return load<P>([](std::size_t k) PATCHRT_INLINE_LAMBDA { return k; });
   }
   /// All shapes, of vectors alone, whose coordinates come in another order of axes.
-  template <scalar P> PATCHRT_INLINE Record<P> get(std::uint32_t const (&axes)[3]) const {
-    return load<P>([&axes](std::size_t k) PATCHRT_INLINE_LAMBDA { return k - k % 3 + axes[k % 3]; });
+  template <scalar P> PATCHRT_INLINE Record<P> get(std::size_t x, std::size_t y, std::size_t z) const {
+    return load<P>([=](std::size_t k) PATCHRT_INLINE_LAMBDA {
+      return k - k % 3 + (k % 3 == 0 ? x : k % 3 == 1 ? y : z);
+    });
   }
   void set(int i, Record<number> const& shape, std::int32_t number_of) {
     struct row {

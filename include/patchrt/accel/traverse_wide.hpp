@@ -199,26 +199,32 @@ PATCHRT_INLINE void traverse_wide_bundle(wide_bvh_view const& tree, watertight_s
   int count = 0;
   std::uint32_t current = 0;
   for (;;) {
-    wide_node const& n = tree.nodes[current];
-    auto const span =
-        bundle.intersect(detail::load_planes<P>(n, planes.near), detail::load_planes<P>(n, planes.far), P(farthest));
-    P const from = permute(span.entry, order);
-    unsigned const met = at_most_bits(from, permute(span.exit, order));
-    store_some(met, from, entries + count);
-    store_some(met, slots, waiting + count);
-    store_lanes(P(std::bit_cast<float>(current)), parents + count);
-    count += std::popcount(met);
-    for (;;) {
-      if (count == 0) return;
-      --count;
-      if (!(entries[count] <= farthest)) continue;
-      wide_node const& parent = tree.nodes[std::bit_cast<std::uint32_t>(parents[count])];
-      unsigned const slot = std::bit_cast<std::uint32_t>(waiting[count]);
-      auto const met_by = intersect(rays, detail::load_planes(parent, planes.near, slot),
-                                    detail::load_planes(parent, planes.far, slot), t_min, nearest());
+    wide_node const* parent = tree.nodes + current;
+    auto const span = bundle.intersect(detail::load_planes<P>(*parent, planes.near),
+                                       detail::load_planes<P>(*parent, planes.far), P(farthest));
+    unsigned const met = at_most_bits(span.entry, span.exit);
+    unsigned const found = planes.met[met];
+    unsigned slot = found & 7u;
+    if (met != 0) {  // the nearest child is next, the others wait
+      store_some(found >> 8, permute(span.entry, order), entries + count);
+      store_some(found >> 8, slots, waiting + count);
+      store_lanes(P(std::bit_cast<float>(current)), parents + count);
+      count += std::popcount(met) - 1;
+    }
+    for (bool is_next = met != 0;; is_next = false) {
+      if (!is_next) {
+        do {
+          if (count == 0) return;
+          --count;
+        } while (!(entries[count] <= farthest));
+        parent = tree.nodes + std::bit_cast<std::uint32_t>(parents[count]);
+        slot = std::bit_cast<std::uint32_t>(waiting[count]);
+      }
+      auto const met_by = intersect(rays, detail::load_planes(*parent, planes.near, slot),
+                                    detail::load_planes(*parent, planes.far, slot), t_min, nearest());
       auto const in = lanes && met_by.entry <= met_by.exit;
       if (!any_of(in)) continue;
-      std::uint32_t const child = parent.child[slot];
+      std::uint32_t const child = parent->child[slot];
       if ((child & wide_node::leaf) == 0) {
         current = child;
         break;

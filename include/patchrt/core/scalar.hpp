@@ -107,13 +107,6 @@ template <scalar T> PATCHRT_INLINE T difference_of_products(T a, T b, T c, T d) 
   return fma(a, b, -cd) + fma(-c, d, cd);
 }
 
-/// What rounding takes from a - b: exact in binary numbers that are rounded to nearest.
-/// \note Moller, "Quasi double-precision in floating point addition", BIT 5, 1965.
-template <scalar T> PATCHRT_INLINE T lost_in_difference(T a, T b) {
-  T const difference = a - b, t = difference - a;
-  return (a - (difference - t)) - (b + t);
-}
-
 /// a + t (b - a), exact at t = 0; one rounding more than the exact line elsewhere.
 template <scalar T> PATCHRT_INLINE T lerp(T a, T b, T t) { return fma(t, b - a, a); }
 

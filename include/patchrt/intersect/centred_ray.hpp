@@ -30,9 +30,9 @@ template <scalar T> struct ray_middle {
 /// ray's point at `t` as it is. `from_origin` is exact where the centre is 0, where it is within a factor of 2 of the
 /// origin, and where numbers are no finer than an ulp of the greater.
 template <scalar T> PATCHRT_INLINE ray_middle<T> middle_of(centred_ray<T> const& r, vec3<T> const& centre) {
-  vec3<T> const from = difference(r.origin, centre), to = difference(centre, r.origin);
-  T const t = dot(to, r.direction) * r.inverse_square;
-  return {from, fma(t, r.direction, -to), t};
+  vec3<T> const from = difference(r.origin, centre);
+  T const t = -(dot(from, r.direction) * r.inverse_square);
+  return {from, fma(t, r.direction, from), t};
 }
 
 }  // namespace patchrt

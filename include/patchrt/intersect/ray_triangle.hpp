@@ -66,25 +66,17 @@ template <scalar T> struct plane_crossing {
 template <faces F, bool Early, scalar T, class Plane>
 PATCHRT_INLINE triangle_crossing<T> cross_in_range(T u, T v, T w, T t_min, T t_max, Plane const& plane) {
   using L = lane_t<T>;
-  T const zero(L(0));
-  T total = (u + v) + w, side(L(1));
-  if constexpr (F == faces::both) {
-    side = copysign(side, total);
-    u = side * u;
-    v = side * v;
-    w = side * w;
-    total = abs(total);
-  }
-  auto const inside = zero <= u && zero <= v && zero <= w && zero < total;
+  T const zero(L(0)), total = (u + v) + w, least = min(u, min(v, w)), most = max(u, max(v, w));
+  auto const in_front = zero <= least && zero < total;
+  auto const behind = most <= zero && total < zero;
+  auto const inside = F == faces::front ? in_front : in_front || behind;
   if constexpr (Early)
     if (!any_of(inside)) return {zero, zero, zero, zero, zero, inside};
-  auto [distance, scale] = plane();
-  if constexpr (F == faces::both) {
-    distance = side * distance;
-    scale = side * scale;
-  }
-  auto const in_range = zero < fma(-t_min, scale, distance) && fma(-t_max, scale, distance) < zero;
-  return {distance, scale, u, v, w, inside && in_range};
+  auto const [distance, scale] = plane();
+  T const after = fma(-t_min, scale, distance), before = fma(t_max, scale, -distance);
+  if constexpr (F == faces::front) return {distance, scale, u, v, w, in_front && zero < after && zero < before};
+  else
+    return {distance, scale, u, v, w, (in_front && zero < min(after, before)) || (behind && max(after, before) < zero)};
 }
 
 /// `rounding` (m.|ao| + |t| m.|d|) |d| / (|n.d| - `rounding` m.|d|), infinite where n.d may be 0.

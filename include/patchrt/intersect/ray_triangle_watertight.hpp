@@ -26,6 +26,13 @@ struct watertight_form {
     vec3<S> b;
     vec3<S> c;
   };
+  /// Which axes of space are a single ray's own x, y and z.
+  struct axis_order {
+    std::uint32_t x;
+    std::uint32_t y;
+    std::uint32_t z;
+  };
+  struct no_order {};
   /// A ray's own axes are those of space in turn, so that the direction's greatest component is its z. Seen from the
   /// origin and in these axes, a point p is at x = p.x + shear_x p.z, y = p.y + shear_y p.z and a depth of p.z inverse.
   template <scalar R> struct ray_constants {
@@ -37,6 +44,7 @@ struct watertight_form {
     mask_t<R> x_deepest;
     mask_t<R> y_deepest;  ///< the deepest is z where neither is
     vec3<R> direction;
+    [[no_unique_address]] std::conditional_t<std::floating_point<R>, axis_order, no_order> order;
   };
 
   template <scalar S> PATCHRT_HD static prepared<S> prepare(triangle<S> const& t) {
@@ -48,7 +56,12 @@ struct watertight_form {
   template <scalar R> PATCHRT_HD static ray_constants<R> make_ray(vec3<R> const& origin, vec3<R> const& d) {
     R const zero(lane_t<R>(0)), x = abs(d.x), y = abs(d.y), z = abs(d.z);
     auto const x_deepest = z <= x && y <= x;
-    ray_constants<R> r{origin, origin, zero, zero, zero, x_deepest, !x_deepest && z <= y, d};
+    ray_constants<R> r{origin, origin, zero, zero, zero, x_deepest, !x_deepest && z <= y, d, {}};
+    if constexpr (std::floating_point<R>) {
+      std::uint32_t const first = std::uint32_t(x_deepest) + 2 * std::uint32_t(r.y_deepest);
+      std::uint32_t const second = (1u << first) & 3u;  // branches on what rays differ in would be mispredicted
+      r.order = {first, second, 3u - first - second};
+    }
     r.own_origin = in_own_axes<R>(r, origin);
     vec3<R> const own = in_own_axes<R>(r, d);
     r.inverse = (R(lane_t<R>(1)) + (own.z - own.z)) / own.z;
@@ -57,23 +70,13 @@ struct watertight_form {
     return r;
   }
 
-  /// Which axes of space are the own ones of a single ray.
-  struct axis_order {
-    std::uint32_t axis[3];
-  };
-  template <std::floating_point R> PATCHRT_INLINE static axis_order axes(ray_constants<R> const& r) {
-    std::uint32_t const first = r.x_deepest ? 1u : r.y_deepest ? 2u : 0u;
-    std::uint32_t const second = r.x_deepest ? 2u : r.y_deepest ? 0u : 1u;
-    return {{first, second, 3u - first - second}};
-  }
-
   template <faces F = faces::both, scalar T, lanes_of<T> R, lanes_of<T> S>
   PATCHRT_INLINE static triangle_crossing<T> meet(ray_constants<R> const& r, prepared<S> const& p, T t_min, T t_max) {
     return meet_in_own_axes<F>(r, prepared<T>{in_own_axes<T>(r, p.a), in_own_axes<T>(r, p.b), in_own_axes<T>(r, p.c)},
                                t_min, t_max);
   }
 
-  /// The same of vertices whose coordinates come in the order of `axes`.
+  /// The same of vertices whose coordinates come in the ray's order.
   template <faces F = faces::both, scalar T, lanes_of<T> R>
   PATCHRT_INLINE static triangle_crossing<T> meet_in_own_axes(ray_constants<R> const& r, prepared<T> const& p, T t_min,
                                                               T t_max) {
@@ -93,8 +96,7 @@ struct watertight_form {
       w = facing * w;
     }
     return detail::cross_in_range<F, std::same_as<R, T>>(u, v, w, t_min, t_max, [&] {
-      T const inverse(r.inverse);
-      T const distance = fma(u, inverse * b.z, fma(v, inverse * c.z, w * (inverse * a.z)));
+      T const distance = T(r.inverse) * fma(u, b.z, fma(v, c.z, w * a.z));
       return detail::plane_crossing<T>{distance, (u + v) + w};
     });
   }
@@ -144,8 +146,7 @@ struct watertight_form {
       vec3<T> const p = detail::in_lanes<T>(v);
       return {pick(r, p.y, p.z, p.x), pick(r, p.z, p.x, p.y), pick(r, p.x, p.y, p.z)};
     } else {
-      axis_order const own = axes(r);
-      return {v[int(own.axis[0])], v[int(own.axis[1])], v[int(own.axis[2])]};
+      return {v[int(r.order.x)], v[int(r.order.y)], v[int(r.order.z)]};
     }
   }
 };

@@ -11,7 +11,7 @@
 /// rounded up. What overflows is max() on the side of 0.
 /// \note Rump, Ogita, Oishi & Boldo, "Interval operations in rounding to nearest", BIT 49, 2009, moves always.
 
-#include <patchrt/numbers/error_free.hpp>
+#include <patchrt/core/error_free.hpp>
 
 #include <bit>
 #include <concepts>

@@ -24,7 +24,7 @@
 /// the words) and dividends are at most max() / 2. Below and above, results are as good as T's own, give or take some
 /// denorm_min().
 
-#include <patchrt/numbers/error_free.hpp>
+#include <patchrt/core/error_free.hpp>
 
 #include <concepts>
 #include <cstdint>

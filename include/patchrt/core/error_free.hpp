@@ -8,12 +8,11 @@
 /// parts.
 
 #if defined(__FAST_MATH__)
-#  error "patchrt/numbers: -ffast-math reorders the sums that error-free transformations are made of"
+#  error "patchrt: -ffast-math reorders the sums that error-free transformations are made of"
 #endif
 
 #include <patchrt/core/scalar.hpp>
 
-#include <concepts>
 #include <limits>
 
 namespace patchrt {
@@ -23,7 +22,7 @@ template <class T> PATCHRT_INLINE bool is_finite(T x) { return abs(x) <= std::nu
 }  // namespace detail
 
 /// A result rounded to nearest, and the exact result less it.
-template <std::floating_point T> struct error_free {
+template <scalar T> struct error_free {
   T value;
   T error;
 };
@@ -32,7 +31,7 @@ template <std::floating_point T> struct error_free {
 /// is not finite, and may be where one is max().
 /// \note Moller, BIT 5, 1965; Knuth, The Art of Computer Programming 2, section 4.2.2. On overflow: Boldo, Graillat &
 ///       Muller, "On the robustness of the 2Sum and Fast2Sum algorithms", ACM TOMS 44(1), 2017.
-template <std::floating_point T> PATCHRT_INLINE error_free<T> two_sum(T a, T b) {
+template <scalar T> PATCHRT_INLINE error_free<T> two_sum(T a, T b) {
   T const s = a + b;
   T const t = s - a;
   return {s, (a - (s - t)) + (b - t)};
@@ -41,7 +40,7 @@ template <std::floating_point T> PATCHRT_INLINE error_free<T> two_sum(T a, T b) 
 /// a + b = value + error, exactly.
 /// \pre a = 0, or |b| <= |a|, or a is a multiple of b's last bit.
 /// \note Dekker, Numerische Mathematik 18, 1971.
-template <std::floating_point T> PATCHRT_INLINE error_free<T> fast_two_sum(T a, T b) {
+template <scalar T> PATCHRT_INLINE error_free<T> fast_two_sum(T a, T b) {
   T const s = a + b;
   return {s, b - (s - a)};
 }
@@ -49,7 +48,7 @@ template <std::floating_point T> PATCHRT_INLINE error_free<T> fast_two_sum(T a, 
 /// a b = value + error, exactly where |a b| >= 2 min() / epsilon(). For smaller products the error is rounded, to the
 /// next multiple of denorm_min(), and then still has the right sign where it is not 0.
 /// \note Muller et al., Handbook of Floating-Point Arithmetic, 2nd ed., section 4.4.
-template <std::floating_point T> PATCHRT_INLINE error_free<T> two_prod(T a, T b) {
+template <scalar T> PATCHRT_INLINE error_free<T> two_prod(T a, T b) {
   T const p = a * b;
   return {p, fma(a, b, -p)};
 }
