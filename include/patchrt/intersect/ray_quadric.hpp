@@ -18,8 +18,8 @@ template <scalar T> struct quadric_hit {
   mask_t<T> valid;
 };
 
-/// All crossings by ascending t. Those with caps come in pairs, into the solid and out of it: the middle two, and where
-/// the solid is outside the roots the first two and the last two. Without caps, the middle two are the roots.
+/// All crossings, the valid ones by ascending t. Of an open surface: none, both roots, none. Of a capped one, pairs into
+/// the solid and out of it: hit[1] and hit[2], or, where f < 0 outside the roots, hit[0] and hit[1], hit[2] and hit[3].
 template <scalar T> struct quadric_crossings { quadric_hit<T> hit[4]; };
 
 namespace detail {
@@ -162,7 +162,7 @@ PATCHRT_INLINE void find_crossings(centred_ray<T> const& r, clipped_quadric<B> c
   found.all.hit[3] = {middle + to, to, zero, after};
 }
 
-/// The face of a crossing at t: a cap's where that is where the ray enters or leaves the box.
+/// The face of a pair's first crossing, at t: a cap's where that is where the ray enters or leaves the box.
 template <scalar T, class B> PATCHRT_INLINE T face_at(T t, faced_span<T> const& clip, clipped_quadric<B> const& s) {
   T const zero(0);
   if (!any_of(s.capped)) return zero;
@@ -199,7 +199,8 @@ PATCHRT_INLINE quadric_hit<T> nearest_of(quadric_crossings<T> const& c, T t_min,
 ///
 /// A root of an open surface counts where its point is in the box. With caps, the inside is where both f < 0 and the
 /// ray is in the box: roots, entry and exit are compared with each other, so that between a quadric and its cap there
-/// is no gap, and crossings come in pairs. Where a root is where the ray enters or leaves the box, the face is the cap's.
+/// is no gap, and crossings come in pairs. What is where the ray enters or leaves the box has that cap's face, root or
+/// not; where it does both at one t, a pair's first crossing has the face of the entry, its second that of the exit.
 /// \tparam Touch whether a tangent, or a ray through a cone's apex, crosses the quadric: twice, at t0 = t1 but for
 ///               rounding.
 /// \pre    d.d, f and its products along the ray neither over- nor underflow.
@@ -211,7 +212,12 @@ template <tangent Touch = tangent::hit, scalar T, lanes_of<T> B>
 PATCHRT_INLINE quadric_crossings<T> crossings(centred_ray<T> const& r, clipped_quadric<B> const& s) {
   detail::faceless_crossings<T> found;
   detail::find_crossings<Touch>(r, s, found);
-  for (auto& hit : found.all.hit) hit.face = detail::face_at(hit.local, found.clip, s);
+  auto& hit = found.all.hit;
+  mask_t<T> const capped(s.capped), second[] = {mask_t<T>(false), hit[0].valid, !hit[3].valid, mask_t<T>(true)};
+  for (int k = 0; k < 4; ++k) {
+    T const first = detail::face_at(hit[k].local, found.clip, s);
+    hit[k].face = select(capped && second[k] && !(hit[k].local < found.clip.span.exit), found.clip.exit_face, first);
+  }
   return found.all;
 }
 
@@ -226,7 +232,7 @@ PATCHRT_INLINE quadric_hit<T> intersect(centred_ray<T> const& r, clipped_quadric
   detail::faceless_crossings<T> found;
   detail::find_crossings<Touch>(r, s, found);
   auto hit = detail::nearest_of(found.all, t_min, t_max, found.with_outer);
-  hit.face = detail::face_at(hit.local, found.clip, s);
+  hit.face = detail::face_at(hit.local, found.clip, s);  // at one t, the nearest is a pair's first
   return hit;
 }
 

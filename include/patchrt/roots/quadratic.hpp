@@ -39,8 +39,8 @@ template <tangent Touch = tangent::hit, scalar T> PATCHRT_INLINE quadratic_roots
   T const zero(0), largest(std::numeric_limits<lane_t<T>>::max());
   T const discriminant = difference_of_products(-a, c, -h, h), size = abs(discriminant);
   T const q = copysign(sqrt(size), -h) - h;
-  T const u = q / (a + zero);                              // -0 becomes 0
-  T const v = select(zero < max(abs(h), size), c / q, u);  // where q is not 0, known before its root
+  T const u = q / (a + zero);  // -0 becomes 0
+  T const v = select(zero < abs(q), c / q, u);
   auto const crosses = Touch == tangent::hit ? zero <= discriminant : zero < discriminant;
   return {min(u, v), max(u, v), crosses && discriminant <= largest && zero < max(abs(h), abs(a))};
 }
