@@ -85,7 +85,7 @@ void study(double offset, settings const& s) {
   vec3<double> const to_light = unit(vec3<double>(-0.6, -1, 1.3));
   constexpr double inf = std::numeric_limits<double>::infinity();
   auto const shadows = [&](std::vector<ray<double>> const& to) {
-    std::vector<scene_hit<double>> blocked(to.size());
+    std::vector<std::uint8_t> blocked(to.size());
     trace::any_hits(built.view(), std::span<ray<double> const>(to), std::span(blocked), serial{});
     return blocked;
   };
@@ -117,7 +117,7 @@ void study(double offset, settings const& s) {
     }
     auto const got = shadows(from);
     std::size_t wrong = 0;
-    for (std::size_t k = 0; k < got.size(); ++k) wrong += got[k].valid() != want[k].valid();
+    for (std::size_t k = 0; k < got.size(); ++k) wrong += got[k] != want[k];
     std::printf("| %g | %s | %d | %.1e | %.1e | %.2g | %.2f %% |\n", offset, kind.name, kind.bytes,
                 std::sqrt(squares / double(seen.size())) / diagonal, worst / diagonal, turned,
                 100 * double(wrong) / double(got.size()));

@@ -69,23 +69,31 @@ template <class Shape> method our_method(std::string name, std::vector<Shape> co
     built = std::make_shared<scene<Shape>>(
         build_scene<Shape>({.wide = true, .stackless = false}, serial{}, std::span<Shape const>(shapes)));
   });
-  auto const trace_all = [built, how](std::span<ray<float> const> rays, std::span<scene_hit<float>> hits, query what) {
+  auto const find_nearest = [built, how](std::span<ray<float> const> rays, std::span<scene_hit<float>> hits) {
     auto const view = built->view();
     if (how == calls::single)
-      for (std::size_t i = 0; i < rays.size(); ++i)
-        hits[i] = what == query::any ? trace::any_hit(view, rays[i]) : trace::closest_hit(view, rays[i]);
-    else if (what == query::any) trace::any_hits(view, rays, hits, serial{});
+      for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace::closest_hit(view, rays[i]);
     else trace::closest_hits(view, rays, hits, serial{});
   };
-  auto const prepare = [trace_all](std::vector<ray<double>> const& rays, query what) -> std::function<void()> {
-    auto const in = std::make_shared<std::vector<ray<float>>>(narrowed(rays));
-    auto const out = std::make_shared<std::vector<scene_hit<float>>>(in->size());
-    return [trace_all, in, out, what] { trace_all(*in, *out, what); };
+  auto const find_any = [built, how](std::span<ray<float> const> rays, std::span<std::uint8_t> hit) {
+    auto const view = built->view();
+    if (how == calls::single)
+      for (std::size_t i = 0; i < rays.size(); ++i) hit[i] = trace::any_hit(view, rays[i]);
+    else trace::any_hits(view, rays, hit, serial{});
   };
-  auto const answers = [trace_all](std::vector<ray<double>> const& rays) {
+  auto const prepare = [=](std::vector<ray<double>> const& rays, query what) -> std::function<void()> {
+    auto const in = std::make_shared<std::vector<ray<float>>>(narrowed(rays));
+    if (what == query::any) {
+      auto const out = std::make_shared<std::vector<std::uint8_t>>(in->size());
+      return [find_any, in, out] { find_any(*in, *out); };
+    }
+    auto const out = std::make_shared<std::vector<scene_hit<float>>>(in->size());
+    return [find_nearest, in, out] { find_nearest(*in, *out); };
+  };
+  auto const answers = [find_nearest](std::vector<ray<double>> const& rays) {
     auto const in = narrowed(rays);
     std::vector<scene_hit<float>> out(in.size());
-    trace_all(in, out, query::nearest);
+    find_nearest(in, out);
     return read(out);
   };
   return {std::move(name), seconds, double(built->bytes()) / double(shapes.size()), answers, prepare};

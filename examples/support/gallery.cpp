@@ -162,7 +162,7 @@ image gallery_view::draw(image_size size) const {
     if (hits[i].valid()) seen.push_back(i);
   std::vector<surface> surfaces(seen.size());
   std::vector<ray<double>> shadow(seen.size());
-  std::vector<scene_hit<double>> blocked(seen.size());
+  std::vector<std::uint8_t> blocked(seen.size());
   executor_.for_each(seen.size(), [&](std::size_t k) {
     surfaces[k] = surface_at(rays[seen[k]], hits[seen[k]]);
     shadow[k] = {surfaces[k].start, to_light, 0, inf};
@@ -177,10 +177,10 @@ image gallery_view::draw(image_size size) const {
   for (std::size_t k = 0; k < seen.size(); ++k) {
     ray<double> const& r = rays[seen[k]];
     vec3<double> const n = surfaces[k].normal, away = normalise(r.direction);
-    double const lit = blocked[k].valid() ? 0 : std::max(0., dot(n, to_light));
+    double const lit = blocked[k] != 0 ? 0 : std::max(0., dot(n, to_light));
     double const facing = -dot(n, away);
     vec3<double> const mirrored = away + 2 * facing * n;
-    double const shine = blocked[k].valid() ? 0 : std::pow(std::max(0., dot(mirrored, to_light)), 60);
+    double const shine = blocked[k] != 0 ? 0 : std::pow(std::max(0., dot(mirrored, to_light)), 60);
     std::int32_t const shape = hits[seen[k]].shape;
     bool const is_of_mesh = std::size_t(shape) < shapes_.triangles.size();  // one colour for all of it
     vec3<double> const c =

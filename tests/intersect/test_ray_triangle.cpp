@@ -244,7 +244,7 @@ TEMPLATE_TEST_CASE("hits are within t_min and t_max, and u, v and u + v within 0
   CHECK(cut > hits / 3);
 }
 
-TEMPLATE_TEST_CASE("meet decides by signs what intersect decides by t, and leaves weights that are not negative", "",
+TEMPLATE_TEST_CASE("meet decides by signs what intersect decides by t, and leaves weights of one sign", "",
                    PATCHRT_FORMS_OVER(float), PATCHRT_FORMS_OVER(double)) {
   using T = typename TestType::number;
   using Form = typename TestType::form;
@@ -264,13 +264,16 @@ TEMPLATE_TEST_CASE("meet decides by signs what intersect decides by t, and leave
     if (!all.valid) continue;
     ++hits;
     auto const m = Form::meet(constants, prepared, r.t_min, r.t_max);
-    REQUIRE((m.scale > 0 && m.u >= 0 && m.v >= 0 && m.w >= 0));
+    double const side = m.scale > 0 ? 1 : -1;
+    REQUIRE((side * m.scale > 0 && side * m.u >= 0 && side * m.v >= 0 && side * m.w >= 0));
     REQUIRE(std::fabs(m.distance / m.scale - all.t) <= eps * all.t);
     T const sooner = all.t * (1 - 4 * eps), later = all.t * (1 + 4 * eps);
     REQUIRE(valid(sooner, later));
     REQUIRE_FALSE(valid(later, r.t_max));
     REQUIRE_FALSE(valid(r.t_min, sooner));
     REQUIRE_FALSE(valid(-r.t_max, sooner));
+    T const nan = std::numeric_limits<T>::quiet_NaN();
+    REQUIRE_FALSE((valid(nan, r.t_max) || valid(r.t_min, nan)));
   }
   CHECK(hits > 10000);
 }

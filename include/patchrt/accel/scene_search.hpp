@@ -14,7 +14,8 @@
 
 namespace patchrt {
 
-/// Hits of a pack of rays, or of one; `shape_bits` and `part_bits` are `scene_hit`'s numbers, bit for bit.
+/// Hits of a pack of rays, or of one; `shape_bits` and `part_bits` are `scene_hit`'s numbers, bit for bit. Of any hits only
+/// `t` and `valid` are told.
 template <scalar R, scalar T> struct lane_scene_hit {
   R t, u, v;
   T shape_bits, part_bits;
@@ -228,6 +229,11 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
     R const t = max(entry_, found);  // NaN stays
     auto const nearer = t < hit_.t;
     M better = lanes && convert<M>(ray_.t_min < t && nearer);
+    if constexpr (AnyHit) {
+      hit_.t = select(convert<mask_t<R>>(better), t, hit_.t);
+      hit_.valid = hit_.valid || better;
+      return;
+    }
     M const equal = lanes && convert<M>(t == hit_.t);
     if (any_of(equal)) better = better || (equal && is_smaller(number));
     if (!any_of(better)) return;
@@ -276,7 +282,7 @@ template <bool AnyHit, scalar T, scalar R, class P, class... Shapes> class scene
 
 }  // namespace detail
 
-/// Nearest hit of each ray in (t_min, t_max), without a stack; with `AnyHit` some hit, found sooner.
+/// Nearest hit of each ray in (t_min, t_max), without a stack; with `AnyHit` the t of some hit, found sooner.
 ///
 /// T = float traces one ray, T = pack<float, N> N rays at once, with the same bits in every lane.
 template <bool AnyHit, scalar T, scalar R, class... Shapes>

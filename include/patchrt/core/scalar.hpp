@@ -100,6 +100,10 @@ concept scalar = requires(T a, T b, T c, mask_t<T> m) {
   { all_of(m) } -> std::convertible_to<bool>;
 };
 
+/// A number for all lanes of T, or one for each.
+template <class B, class T>
+concept lanes_of = std::same_as<B, T> || std::same_as<B, lane_t<T>>;
+
 /// ab - cd by Kahan's compensated product: at most 1.5 ulp off without over- or underflow.
 /// \note Jeannerod, Louvet & Muller, "Further analysis of Kahan's algorithm", Math. Comp. 82, 2013.
 template <scalar T> PATCHRT_INLINE T difference_of_products(T a, T b, T c, T d) {

@@ -23,10 +23,6 @@ template <scalar T> struct slab_span {
   T exit;
 };
 
-/// A number for all lanes of T, or one for each.
-template <class B, class T>
-concept lanes_of = std::same_as<B, T> || std::same_as<B, lane_t<T>>;
-
 /// Whether a span is the nearest that rounding allows, or is wide enough to cover all of its errors.
 enum class slab { nearest, conservative };
 

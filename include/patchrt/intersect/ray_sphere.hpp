@@ -3,7 +3,6 @@
 
 #include <patchrt/core/error_free.hpp>
 #include <patchrt/intersect/centred_ray.hpp>
-#include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/shapes/sphere.hpp>
 
 #include <limits>

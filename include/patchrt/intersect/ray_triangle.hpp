@@ -10,7 +10,6 @@
 /// has its own of both. `intersect` divides.
 
 #include <patchrt/core/ray.hpp>
-#include <patchrt/intersect/ray_box.hpp>
 #include <patchrt/shapes/triangle.hpp>
 
 #include <concepts>
@@ -29,11 +28,11 @@ template <scalar T> struct triangle_hit {
   mask_t<T> valid;
 };
 
-/// The same before any division: t = distance / scale, and u, v, w, not negative, are in the ratio of the weights of b,
-/// c and a.
+/// The same before any division: t = distance / scale, and u, v, w are in the ratio of the weights of b, c and a. Where
+/// the front is met, `scale` is above 0 and no weight below, where the back is, the other way round.
 template <scalar T> struct triangle_crossing {
   T distance;
-  T scale;  ///< above 0
+  T scale;
   T u;
   T v;
   T w;
@@ -60,13 +59,13 @@ template <scalar T> struct plane_crossing {
 /// The lanes whose weights are of one sign and whose t is in its range. With `Early`, `plane()` is asked for only where any
 /// weights are: many rays mostly miss a triangle, of many triangles a ray mostly meets one.
 ///
-/// All signs are those of the front: where the back is met, all numbers change theirs. fma(t_min, scale, -distance) is
-/// a single rounding, which keeps the sign. Where scale is 0 or less, t_min < t < t_max cannot hold: no such lane is
-/// valid. Nor is one whose ray goes along the triangle so that all weights are 0.
+/// Where the back is met, all signs are the other ones. fma(-t_min, scale, distance) is a single rounding, which keeps the
+/// sign. Where scale has another sign than the weights, or is 0, t_min < t < t_max cannot hold: no such lane is valid. Nor
+/// is one whose ray goes along the triangle so that all weights are 0.
 template <faces F, bool Early, scalar T, class Plane>
 PATCHRT_INLINE triangle_crossing<T> cross_in_range(T u, T v, T w, T t_min, T t_max, Plane const& plane) {
   using L = lane_t<T>;
-  T const zero(L(0)), total = (u + v) + w, least = min(u, min(v, w)), most = max(u, max(v, w));
+  T const zero(L(0)), total = (u + v) + w, least = min(min(u, v), w), most = max(max(u, v), w);
   auto const in_front = zero <= least && zero < total;
   auto const behind = most <= zero && total < zero;
   auto const inside = F == faces::front ? in_front : in_front || behind;
@@ -74,9 +73,9 @@ PATCHRT_INLINE triangle_crossing<T> cross_in_range(T u, T v, T w, T t_min, T t_m
     if (!any_of(inside)) return {zero, zero, zero, zero, zero, inside};
   auto const [distance, scale] = plane();
   T const after = fma(-t_min, scale, distance), before = fma(t_max, scale, -distance);
-  if constexpr (F == faces::front) return {distance, scale, u, v, w, in_front && zero < after && zero < before};
-  else
-    return {distance, scale, u, v, w, (in_front && zero < min(after, before)) || (behind && max(after, before) < zero)};
+  auto valid = in_front && zero < after && zero < before;
+  if constexpr (F == faces::both) valid = valid || (behind && after < zero && before < zero);
+  return {distance, scale, u, v, w, valid};
 }
 
 /// `rounding` (m.|ao| + |t| m.|d|) |d| / (|n.d| - `rounding` m.|d|), infinite where n.d may be 0.

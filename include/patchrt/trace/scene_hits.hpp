@@ -19,6 +19,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <type_traits>
 
 namespace patchrt::trace {
 
@@ -55,19 +56,23 @@ template <class Search, class Walk> PATCHRT_INLINE bool step(Search& search, Wal
                        PATCHRT_INLINE_LAMBDA { return !search.meet_leaf(leaf, true, entry); });
 }
 
-template <class R, class Hit> PATCHRT_INLINE scene_hit<R> scene_hit_of(Hit const& h) {
-  if (!h.valid) return {};
-  return {h.t, h.u, h.v, std::bit_cast<std::int32_t>(h.shape_bits), std::bit_cast<std::int32_t>(h.part_bits)};
+/// What a ray is told: its nearest hit, or whether it has any.
+template <bool AnyHit, class R> using answer = std::conditional_t<AnyHit, std::uint8_t, scene_hit<R>>;
+
+template <bool AnyHit, class R, class Hit> PATCHRT_INLINE answer<AnyHit, R> answer_of(Hit const& h) {
+  if constexpr (AnyHit) return h.valid;
+  else if (!h.valid) return {};
+  else return {h.t, h.u, h.v, std::bit_cast<std::int32_t>(h.shape_bits), std::bit_cast<std::int32_t>(h.part_bits)};
 }
 
 template <bool AnyHit, class R, class... Shapes>
-PATCHRT_OUTLINE scene_hit<R> trace_one(scene_view<Shapes...> const& scene, ray<R> const& r) {
+PATCHRT_OUTLINE answer<AnyHit, R> trace_one(scene_view<Shapes...> const& scene, ray<R> const& r) {
   search_of_one<AnyHit, R, Shapes...> search(scene, r, true);
   if (!search.active() || scene.wide.count == 0) return {};
   wide_walk<AnyHit, box_lanes> walk(scene.wide, search.slabs(), search.t_min());
   while (step(search, walk)) {
   }
-  return scene_hit_of<R>(search.hit());
+  return answer_of<AnyHit, R>(search.hit());
 }
 
 /// Rays that take turns, each a step at a time. A step is a chain of operations that wait for each other, or for memory: alone
@@ -75,7 +80,8 @@ PATCHRT_OUTLINE scene_hit<R> trace_one(scene_view<Shapes...> const& scene, ray<R
 inline constexpr std::size_t rays_in_turn = 4;
 
 template <bool AnyHit, class R, class... Shapes>
-void trace_in_turn(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays, std::span<scene_hit<R>> hits) {
+void trace_in_turn(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays,
+                   std::span<answer<AnyHit, R>> answers) {
   struct turn {
     std::optional<search_of_one<AnyHit, R, Shapes...>> search;
     std::optional<wide_walk<AnyHit, box_lanes>> walk;
@@ -89,7 +95,7 @@ void trace_in_turn(scene_view<Shapes...> const& scene, std::span<ray<R> const> r
       t.number = next++;
       t.search.emplace(scene, rays[t.number], true);
       if (!t.search->active() || scene.wide.count == 0) {
-        hits[t.number] = {};
+        answers[t.number] = {};
         continue;
       }
       t.walk.emplace(scene.wide, t.search->slabs(), t.search->t_min());
@@ -103,13 +109,18 @@ void trace_in_turn(scene_view<Shapes...> const& scene, std::span<ray<R> const> r
     for (std::size_t i = 0; i < count; ++i) {
       turn& t = *under_way[i];
       if (step(*t.search, *t.walk)) continue;
-      hits[t.number] = scene_hit_of<R>(t.search->hit());
+      answers[t.number] = answer_of<AnyHit, R>(t.search->hit());
       if (!begin(t)) under_way[i--] = under_way[--count];
     }
 }
 
+/// Which lanes have a hit, to a list.
+template <class Hit> PATCHRT_INLINE void store_answers(Hit const& h, std::uint8_t* answers) {
+  std::uint32_t const valid = h.valid.bits();
+  for (int i = 0; i < scene_width; ++i) answers[i] = static_cast<std::uint8_t>(valid >> i & 1u);
+}
 /// Hits of a pack to a list.
-template <class R, class Hit> PATCHRT_INLINE void store_hits(Hit const& h, scene_hit<R>* hits) {
+template <class R, class Hit> PATCHRT_INLINE void store_answers(Hit const& h, scene_hit<R>* hits) {
   constexpr int N = scene_width;
   using numbers = pack<R, N>;
   numbers const t = select(convert<mask_t<numbers>>(h.valid), h.t, numbers(std::numeric_limits<R>::infinity()));
@@ -134,7 +145,7 @@ template <class R, class Hit> PATCHRT_INLINE void store_hits(Hit const& h, scene
 
 /// A pack of rays that keep together; those of lanes that are not in `on` are not traced.
 template <bool AnyHit, class R, class... Shapes>
-void trace_pack(scene_view<Shapes...> const& scene, ray<R> const* rays, scene_hit<R>* hits, std::uint32_t on) {
+void trace_pack(scene_view<Shapes...> const& scene, ray<R> const* rays, answer<AnyHit, R>* answers, std::uint32_t on) {
   constexpr int N = scene_width;
   using T = pack<float, N>;
   using M = mask_t<T>;
@@ -145,8 +156,8 @@ void trace_pack(scene_view<Shapes...> const& scene, ray<R> const* rays, scene_hi
   auto const span = patchrt::intersect(search.slabs(), scene.bounds, search.t_min(), search.nearest());
   on = (search.active() && span.entry <= span.exit).bits();
   if (on == 0) {
-    static constexpr std::array<scene_hit<R>, N> misses{};
-    std::memcpy(hits, misses.data(), sizeof misses);  // std::copy copies five numbers at a time
+    static constexpr std::array<answer<AnyHit, R>, N> misses{};
+    std::memcpy(answers, misses.data(), sizeof misses);  // std::copy copies five numbers at a time
     return;
   }
   auto const& inverse = search.slabs().inverse;
@@ -162,19 +173,19 @@ void trace_pack(scene_view<Shapes...> const& scene, ray<R> const* rays, scene_hi
         [&](std::uint32_t leaf, M const& in, T const& entry)
             PATCHRT_INLINE_LAMBDA { return search.meet_leaf(leaf, in, entry); });
   }
-  store_hits(search.hit(), hits);
+  store_answers(search.hit(), answers);
 }
 
 template <bool AnyHit, class R, class... Shapes, executor E>
-void scene_list(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays, std::span<scene_hit<R>> hits,
+void scene_list(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays, std::span<answer<AnyHit, R>> answers,
                 E const& exec) {
-  PATCHRT_EXPECTS(hits.size() == rays.size());
+  PATCHRT_EXPECTS(answers.size() == rays.size());
   constexpr std::size_t N = scene_width;
   exec.for_each_chunk(rays.size(), std::size_t(1024), [&](std::size_t begin, std::size_t end) {
     std::size_t waiting = begin;  // those before i that do not keep together
     auto const trace_waiting = [&](std::size_t to) {
       if (waiting < to)
-        trace_in_turn<AnyHit>(scene, rays.subspan(waiting, to - waiting), hits.subspan(waiting, to - waiting));
+        trace_in_turn<AnyHit>(scene, rays.subspan(waiting, to - waiting), answers.subspan(waiting, to - waiting));
     };
     for (std::size_t i = begin; i < end; i += N) {
       std::size_t const n = std::min(N, end - i);
@@ -182,15 +193,15 @@ void scene_list(scene_view<Shapes...> const& scene, std::span<ray<R> const> rays
       trace_waiting(i);
       waiting = i + n;
       if (n == N) {
-        trace_pack<AnyHit>(scene, rays.data() + i, hits.data() + i, (1u << N) - 1u);
+        trace_pack<AnyHit>(scene, rays.data() + i, answers.data() + i, (1u << N) - 1u);
         continue;
       }
       ray<R> last_rays[N];
-      scene_hit<R> last_hits[N];
+      answer<AnyHit, R> last[N];
       std::fill(std::copy(rays.begin() + std::ptrdiff_t(i), rays.begin() + std::ptrdiff_t(end), last_rays),
                 last_rays + N, rays[i]);
-      trace_pack<AnyHit>(scene, last_rays, last_hits, (1u << n) - 1u);
-      std::copy(last_hits, last_hits + n, hits.begin() + std::ptrdiff_t(i));
+      trace_pack<AnyHit>(scene, last_rays, last, (1u << n) - 1u);
+      for (std::size_t k = 0; k < n; ++k) answers[i + k] = last[k];
     }
     trace_waiting(end);
   });
@@ -219,23 +230,23 @@ void closest_hits(scene_view<Shapes...> const& scene, std::span<ray<double> cons
 template <class... Shapes, class R> scene_hit<R> closest_hit(scene_view<Shapes...> const& scene, ray<R> const& r) {
   return detail::trace_one<false>(scene, r);
 }
-/// And some hit of one ray.
-template <class... Shapes, class R> scene_hit<R> any_hit(scene_view<Shapes...> const& scene, ray<R> const& r) {
+/// Whether one ray has a hit.
+template <class... Shapes, class R> bool any_hit(scene_view<Shapes...> const& scene, ray<R> const& r) {
   return detail::trace_one<true>(scene, r);
 }
 
-/// Some hit of every ray that has one in (t_min, t_max), found sooner: what shadow rays ask.
-///
-/// Which rays hit does not depend on executor, threads or order; which of its hits a ray reports does.
+/// Which rays have a hit in (t_min, t_max), 1 for those, 0 for others: what shadow rays ask. The same rays that
+/// `closest_hits` finds hits of, found sooner.
+/// \pre hit.size() == rays.size()
 template <class... Shapes, executor E>
-void any_hits(scene_view<Shapes...> const& scene, std::span<ray<float> const> rays, std::span<scene_hit<float>> hits,
+void any_hits(scene_view<Shapes...> const& scene, std::span<ray<float> const> rays, std::span<std::uint8_t> hit,
               E const& exec) {
-  detail::scene_list<true>(scene, rays, hits, exec);
+  detail::scene_list<true>(scene, rays, hit, exec);
 }
 template <class... Shapes, executor E>
-void any_hits(scene_view<Shapes...> const& scene, std::span<ray<double> const> rays, std::span<scene_hit<double>> hits,
+void any_hits(scene_view<Shapes...> const& scene, std::span<ray<double> const> rays, std::span<std::uint8_t> hit,
               E const& exec) {
-  detail::scene_list<true>(scene, rays, hits, exec);
+  detail::scene_list<true>(scene, rays, hit, exec);
 }
 
 }  // namespace patchrt::trace
