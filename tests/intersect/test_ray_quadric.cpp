@@ -206,6 +206,79 @@ TEMPLATE_TEST_CASE("a ray goes into and out of a capped quadric by turns, throug
   CHECK(four > 15);
 }
 
+TEMPLATE_TEST_CASE("halfway between a ray's way into a capped quadric and out of it is inside, beyond outside", "",
+                   float, double) {
+  using T = TestType;
+  unsigned const seed = 5;
+  CAPTURE(seed);
+  random_quadrics g(seed);
+  double const margin = sizeof(T) == 4 ? 1e-3 : 1e-12;
+  auto const surface = [](int kind, affine<double> const& at) {
+    switch (kind) {
+      case 0:
+        return make_cone(at, -1, 1, ends::capped);
+      case 1:
+        return make_hyperboloid_one_sheet(at, -2, 2, ends::capped);
+      case 2:
+        return make_hyperboloid_two_sheets(at, -2, 2, ends::capped);
+      case 3:
+        return make_cylinder(at, -1, 1, ends::capped);
+      default:
+        return make_quadric(unit_sphere<double>(), at, {{-0.75, -0.5, -2}, {2, 0.75, 0.5}}, ends::capped);
+    }
+  };
+  for (int kind = 0; kind < 5; ++kind) {
+    CAPTURE(kind);
+    int met = 0, four = 0;
+    for (int n = 0; n < 8000; ++n) {
+      CAPTURE(n);
+      auto const at = g.place(4, 3);
+      auto const s = convert_quadric<T>(surface(kind, at));
+      auto const r = aimed_ray<T>(g, at, g.vector(-1.2, 1.2), g.uniform(3, 10));
+      exact_quadric<T> const exact(s);
+      real_vector const o = exactly(r.origin), d = exactly(r.direction);
+      auto const hits = valid_hits(crossings(make_centred_ray(r.origin, r.direction), s));
+      REQUIRE(hits.size() % 2 == 0);
+      for (std::size_t k = 1; k < hits.size(); ++k) {
+        REQUIRE(hits[k - 1].t <= hits[k].t);
+        real_vector const x = exact.to_object(along(o, (real(hits[k - 1].t) + real(hits[k].t)) / 2, d), true);
+        double const f = static_cast<double>(exact.value(x)), off = margin * (1 + static_cast<double>(inner(x, x)));
+        REQUIRE((k % 2 ? f <= off : f >= -off));
+        for (int i = 0; i < 3; ++i) {
+          REQUIRE(x[std::size_t(i)] >= real(s.clip.lo[i]) - margin);
+          REQUIRE(x[std::size_t(i)] <= real(s.clip.hi[i]) + margin);
+        }
+      }
+      met += !hits.empty();
+      four += hits.size() == 4;
+    }
+    CAPTURE(met, four);
+    CHECK(met > 2000);
+    CHECK((kind < 3 ? four > 300 : four == 0));
+  }
+}
+
+TEMPLATE_TEST_CASE(
+    "what is at an end of the box has the cap's face, at an edge that of the way in, then of the way out", "", float,
+    double) {
+  using T = TestType;
+  auto const faces = [](box<double> const& clip, vec3<T> const& o, vec3<T> const& d) {
+    auto const s =
+        convert_quadric<T>(make_quadric(unit_sphere<double>(), affine<double>::identity(), clip, ends::capped));
+    auto const line = make_centred_ray(o, d);
+    auto const all = crossings(line, s);
+    auto const hits = valid_hits(all);
+    REQUIRE(hits.size() == 2);
+    CHECK(nearest(all, T(0), T(9)).face == hits[0].face);
+    CHECK(intersect(line, s, T(0), T(9)).face == hits[0].face);
+    return std::vector<T>{hits[0].t, hits[0].face, hits[1].t, hits[1].face};
+  };
+  CHECK(faces({vec3<double>(-1), vec3<double>(1)}, {-2, 0, 0}, {1, 0, 0}) == std::vector<T>{1, -1, 3, 1});
+  CHECK(faces({vec3<double>(-1), vec3<double>(2)}, {-2, 0, 0}, {1, 0, 0}) == std::vector<T>{1, -1, 3, 0});
+  CHECK(faces({vec3<double>(-0.5), vec3<double>(0.5)}, {T(-1.5), 0, T(-0.5)}, {1, 0, 1}) ==
+        std::vector<T>{1, -1, 1, 3});
+}
+
 TEMPLATE_TEST_CASE("no ray gets into a can through its rim", "", float, double) {
   using T = TestType;
   unsigned const seed = 4;

@@ -8,6 +8,7 @@
 #include <patchrt/numbers/interval.hpp>
 #include <patchrt/numbers/two_float.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -60,25 +61,47 @@ TEST_CASE("intervals hold the crossings that they are certain of") {
   unsigned const seed = 2;
   CAPTURE(seed);
   random_quadrics g(seed);
-  int held = 0;
+  int on_surface = 0, on_caps = 0, outer = 0;
   for (int n = 0; n < 3000; ++n) {
     CAPTURE(n);
     auto const at = g.place(3, 1);
     auto const s = g.surface(g.below(random_quadrics::kinds), at);
     double const size = std::cbrt(std::fabs(dot(at.x, cross(at.y, at.z))));
     vec3<double> const aim = transform_point(at, g.vector(-1, 1)), back = scale(g.direction(), 5 * size);
+    real_vector const o = exactly(sum(aim, back)), d = exactly(-back);
     exact_quadric<double> const exact(s);
-    auto const roots = exact.roots(exactly(sum(aim, back)), exactly(-back));
+    auto roots = exact.roots(o, d);
+    std::sort(roots.begin(), roots.end());
+    real entry = -1e300, exit = 1e300;  // of the box
+    for (int face = 1; face <= 3 && s.capped; ++face) {
+      if (std::isinf(s.clip.lo[face - 1]) && std::isinf(s.clip.hi[face - 1])) continue;
+      real const lo = exact.plane(-face, o, d), hi = exact.plane(face, o, d);
+      entry = std::max(entry, std::min(lo, hi));
+      exit = std::min(exit, std::max(lo, hi));
+    }
     auto const all =
         crossings(make_centred_ray(convert_vec<I>(sum(aim, back)), convert_vec<I>(-back)), convert_quadric<I>(s));
-    for (int i = 1; i <= 2; ++i) {
-      if (!all.hit[i].valid || roots.size() != 2) continue;
-      real const& t = roots[0] < roots[1] ? roots[std::size_t(i - 1)] : roots[std::size_t(2 - i)];
-      REQUIRE((all.hit[i].t.lo <= t && t <= all.hit[i].t.hi));
-      ++held;
+    for (int i = 0; i < 4; ++i) {
+      auto const& hit = all.hit[i];
+      if (!hit.valid || roots.size() == 1) continue;
+      REQUIRE((s.capped || roots.size() == 2));
+      real t = i < 2 ? entry : exit;
+      if (roots.size() == 2 && (i == 1 || i == 2)) t = std::clamp(roots[std::size_t(i - 1)], entry, exit);
+      if (i == 0) REQUIRE((roots.size() == 2 && entry <= roots[0]));
+      if (i == 3) REQUIRE((roots.size() == 2 && roots[1] <= exit));
+      bool const has_face = hit.face.lo != 0 || hit.face.hi != 0;  // at an end of the box, or within rounding of one
+      if (std::isinf(hit.t.lo) || std::isinf(hit.t.hi)) continue;
+      REQUIRE((hit.t.lo <= t && t <= hit.t.hi));
+      if (t == entry || t == exit) REQUIRE(has_face);
+      on_surface += !has_face;
+      on_caps += has_face;
+      outer += i == 0 || i == 3;
     }
   }
-  CHECK(held > 500);
+  CAPTURE(on_surface, on_caps, outer);
+  CHECK(on_surface > 2000);
+  CHECK(on_caps > 300);
+  CHECK(outer > 20);
 }
 
 TEMPLATE_TEST_CASE("short numbers hit and miss what is far from their last digit", "", half, (fixed<std::int16_t, 8>)) {

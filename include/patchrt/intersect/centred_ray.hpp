@@ -31,7 +31,7 @@ template <scalar T> struct ray_middle {
 /// origin, and where numbers are no finer than an ulp of the greater.
 template <scalar T> PATCHRT_INLINE ray_middle<T> middle_of(centred_ray<T> const& r, vec3<T> const& centre) {
   vec3<T> const from = difference(r.origin, centre);
-  T const t = -(dot(from, r.direction) * r.inverse_square);
+  T const t = dot(from, r.direction) * -r.inverse_square;
   return {from, fma(t, r.direction, from), t};
 }
 

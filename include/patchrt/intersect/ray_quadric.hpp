@@ -18,7 +18,8 @@ template <scalar T> struct quadric_hit {
   mask_t<T> valid;
 };
 
-/// All crossings by ascending t: into the box through a cap, both roots, out of the box through a cap.
+/// All crossings, the valid ones by ascending t. Of an open surface: none, both roots, none. Of a capped one, pairs into
+/// the solid and out of it: hit[1] and hit[2], or, where f < 0 outside the roots, hit[0] and hit[1], hit[2] and hit[3].
 template <scalar T> struct quadric_crossings { quadric_hit<T> hit[4]; };
 
 namespace detail {
@@ -105,6 +106,89 @@ PATCHRT_INLINE void clip_roots(T origin, T direction, B lo, B hi, quadratic_root
   valid1 = valid1 && T(lo) <= x1 && x1 <= T(hi);
 }
 
+/// Crossings whose faces are not told yet, the span that tells them, and whether the outer two can be valid.
+template <scalar T> struct faceless_crossings {
+  quadric_crossings<T> all;
+  faced_span<T> clip;
+  bool with_outer;
+};
+
+template <tangent Touch, scalar T, class B>
+PATCHRT_INLINE void find_crossings(centred_ray<T> const& r, clipped_quadric<B> const& s, faceless_crossings<T>& found) {
+  T const zero(0), inf(std::numeric_limits<lane_t<T>>::infinity());
+  auto const o = enter_object_space(r, s);
+  auto const root = solve_quadratic<Touch>(o.a, o.h, o.c);
+  T const middle = o.middle.t;
+  mask_t<T> const capped(s.capped), none(false);
+  T t0 = root.t0, t1 = root.t1;
+  mask_t<T> valid0 = root.real && !capped, valid1 = valid0, before = none, after = none;
+  found.clip = {{zero, zero}, zero, zero};
+  found.with_outer = false;
+  if (any_of(!s.capped)) {
+    clip_roots(o.origin.x, o.direction.x, s.clip.lo.x, s.clip.hi.x, root, valid0, valid1);
+    clip_roots(o.origin.y, o.direction.y, s.clip.lo.y, s.clip.hi.y, root, valid0, valid1);
+    clip_roots(o.origin.z, o.direction.z, s.clip.lo.z, s.clip.hi.z, root, valid0, valid1);
+  }
+  if (any_of(s.capped)) {
+    found.clip = span_in_clip(o, s.clip);
+    found.with_outer = any_of(o.a < zero);
+    T const from = found.clip.span.entry, to = found.clip.span.exit;
+    auto const in_clip = capped && mask_t<T>(is_ordered(s.clip)) && from <= to;
+    // Between the roots is inside, or outside. Where f < 0 has no roots, all of the line is, as between infinite ones.
+    auto const outward = in_clip && root.real && o.a < zero;
+    auto all_inside = !root.real && o.c < zero;
+    if constexpr (Touch == tangent::miss) all_inside = all_inside || (!root.real && o.c <= zero && o.a < zero);
+    auto const between = in_clip && !outward && (root.real || all_inside);
+    T const r0 = select(root.real, root.t0, -inf), r1 = select(root.real, root.t1, inf);
+    auto const inside = between && r0 <= to && from <= r1;
+    T first = max(r0, from), last = min(r1, to);
+    valid0 = valid0 || inside;
+    valid1 = valid1 || inside;
+    if (found.with_outer) {
+      before = outward && from <= r0;
+      after = outward && r1 <= to;
+      first = min(first, to);
+      last = max(last, from);
+      valid0 = valid0 || before;
+      valid1 = valid1 || after;
+    }
+    t0 = select(capped, first, t0);
+    t1 = select(capped, last, t1);
+  }
+  T const from = found.clip.span.entry, to = found.clip.span.exit;
+  found.all.hit[0] = {middle + from, from, zero, before};
+  found.all.hit[1] = {middle + t0, t0, zero, valid0};
+  found.all.hit[2] = {middle + t1, t1, zero, valid1};
+  found.all.hit[3] = {middle + to, to, zero, after};
+}
+
+/// The face of a pair's first crossing, at t: a cap's where that is where the ray enters or leaves the box.
+template <scalar T, class B> PATCHRT_INLINE T face_at(T t, faced_span<T> const& clip, clipped_quadric<B> const& s) {
+  T const zero(0);
+  if (!any_of(s.capped)) return zero;
+  T const within = select(t < clip.span.exit, zero, clip.exit_face);
+  return select(mask_t<T>(s.capped), select(clip.span.entry < t, within, clip.entry_face), zero);
+}
+
+/// The first of the crossings in t_min < t < t_max, which may be one of the outer two only `with_outer`.
+template <scalar T>
+PATCHRT_INLINE quadric_hit<T> nearest_of(quadric_crossings<T> const& c, T t_min, T t_max, bool with_outer) {
+  quadric_hit<T> r = c.hit[2];
+  if (with_outer) r = c.hit[3];
+  r.t = select(r.valid && t_min < r.t, r.t, t_max);
+  auto const take = [&](quadric_hit<T> const& h) {
+    auto const counts = h.valid && t_min < h.t;
+    r.t = select(counts, h.t, r.t);
+    r.local = select(counts, h.local, r.local);
+    r.face = select(counts, h.face, r.face);
+  };
+  if (with_outer) take(c.hit[2]);
+  take(c.hit[1]);
+  if (with_outer) take(c.hit[0]);
+  r.valid = r.t < t_max;  // by ascending t: where the first is beyond, all are
+  return r;
+}
+
 }  // namespace detail
 
 /// All crossings of a line with a clipped quadric, one for all lanes or one for each.
@@ -115,7 +199,8 @@ PATCHRT_INLINE void clip_roots(T origin, T direction, B lo, B hi, quadratic_root
 ///
 /// A root of an open surface counts where its point is in the box. With caps, the inside is where both f < 0 and the
 /// ray is in the box: roots, entry and exit are compared with each other, so that between a quadric and its cap there
-/// is no gap.
+/// is no gap, and crossings come in pairs. What is where the ray enters or leaves the box has that cap's face, root or
+/// not; where it does both at one t, a pair's first crossing has the face of the entry, its second that of the exit.
 /// \tparam Touch whether a tangent, or a ray through a cone's apex, crosses the quadric: twice, at t0 = t1 but for
 ///               rounding.
 /// \pre    d.d, f and its products along the ray neither over- nor underflow.
@@ -125,63 +210,30 @@ PATCHRT_INLINE void clip_roots(T origin, T direction, B lo, B hi, quadratic_root
 ///         2019, chapter 7, whose way to move the origin serves all quadrics here.
 template <tangent Touch = tangent::hit, scalar T, lanes_of<T> B>
 PATCHRT_INLINE quadric_crossings<T> crossings(centred_ray<T> const& r, clipped_quadric<B> const& s) {
-  T const zero(0);
-  auto const o = detail::enter_object_space(r, s);
-  quadratic_roots<T> const root = solve_quadratic<Touch>(o.a, o.h, o.c);
-  mask_t<T> const capped(s.capped);
-  mask_t<T> valid0 = root.real && !capped, valid1 = valid0, entry = capped, exit = capped;
-  detail::faced_span<T> f{{zero, zero}, zero, zero};
-  if (any_of(!s.capped)) {
-    detail::clip_roots(o.origin.x, o.direction.x, s.clip.lo.x, s.clip.hi.x, root, valid0, valid1);
-    detail::clip_roots(o.origin.y, o.direction.y, s.clip.lo.y, s.clip.hi.y, root, valid0, valid1);
-    detail::clip_roots(o.origin.z, o.direction.z, s.clip.lo.z, s.clip.hi.z, root, valid0, valid1);
+  detail::faceless_crossings<T> found;
+  detail::find_crossings<Touch>(r, s, found);
+  auto& hit = found.all.hit;
+  mask_t<T> const capped(s.capped), second[] = {mask_t<T>(false), hit[0].valid, !hit[3].valid, mask_t<T>(true)};
+  for (int k = 0; k < 4; ++k) {
+    T const first = detail::face_at(hit[k].local, found.clip, s);
+    hit[k].face = select(capped && second[k] && !(hit[k].local < found.clip.span.exit), found.clip.exit_face, first);
   }
-  if (any_of(s.capped)) {
-    f = detail::span_in_clip(o, s.clip);
-    T const from = f.span.entry, to = f.span.exit;
-    auto const in_clip = capped && mask_t<T>(detail::is_ordered(s.clip)) && from <= to;
-    auto const with_roots = in_clip && root.real;
-    auto const from_after0 = root.t0 < from, from_after1 = root.t1 < from;
-    auto const to_before0 = to < root.t0, to_before1 = to < root.t1;
-    // Between the roots is inside, or outside: what is counted at ends and roots comes in pairs either way.
-    auto const outward = o.a < zero;
-    auto const is_inside = [&](mask_t<T> between) { return (between && !outward) || (outward && !between); };
-    auto all_inside = in_clip && !root.real && o.c < zero;
-    if constexpr (Touch == tangent::miss) all_inside = all_inside || (in_clip && !root.real && o.c <= zero && outward);
-    valid0 = valid0 || (with_roots && !from_after0 && !to_before0);
-    valid1 = valid1 || (with_roots && !from_after1 && !to_before1);
-    entry = (with_roots && is_inside(from_after0 && !from_after1)) || all_inside;
-    exit = (with_roots && is_inside(to_before1 && !to_before0)) || all_inside;
-  }
-  T const middle = o.middle.t;
-  return {{{middle + f.span.entry, f.span.entry, f.entry_face, entry},
-           {middle + root.t0, root.t0, zero, valid0},
-           {middle + root.t1, root.t1, zero, valid1},
-           {middle + f.span.exit, f.span.exit, f.exit_face, exit}}};
+  return found.all;
 }
 
 /// The first of the crossings in t_min < t < t_max.
 template <scalar T> PATCHRT_INLINE quadric_hit<T> nearest(quadric_crossings<T> const& c, T t_min, T t_max) {
-  bool const with_caps = any_of(c.hit[0].valid || c.hit[3].valid);
-  quadric_hit<T> r = c.hit[2];
-  r.valid = r.valid && t_min < r.t;
-  auto const take = [&](quadric_hit<T> const& h, mask_t<T> counts) {
-    r.t = select(counts, h.t, r.t);
-    r.local = select(counts, h.local, r.local);
-    r.face = select(counts, h.face, r.face);
-    r.valid = counts || r.valid;
-  };
-  if (with_caps) take(c.hit[3], c.hit[3].valid && t_min < c.hit[3].t && !r.valid);
-  take(c.hit[1], c.hit[1].valid && t_min < c.hit[1].t);
-  if (with_caps) take(c.hit[0], c.hit[0].valid && t_min < c.hit[0].t);
-  r.valid = r.valid && r.t < t_max;  // by ascending t: where the first is beyond, all are
-  return r;
+  return detail::nearest_of(c, t_min, t_max, any_of(c.hit[0].valid || c.hit[3].valid));
 }
 
 /// The nearest crossing of a ray with a clipped quadric in t_min < t < t_max.
 template <tangent Touch = tangent::hit, scalar T, lanes_of<T> B>
 PATCHRT_INLINE quadric_hit<T> intersect(centred_ray<T> const& r, clipped_quadric<B> const& s, T t_min, T t_max) {
-  return nearest(crossings<Touch>(r, s), t_min, t_max);
+  detail::faceless_crossings<T> found;
+  detail::find_crossings<Touch>(r, s, found);
+  auto hit = detail::nearest_of(found.all, t_min, t_max, found.with_outer);
+  hit.face = detail::face_at(hit.local, found.clip, s);  // at one t, the nearest is a pair's first
+  return hit;
 }
 
 /// The same, where a ray is used once.

@@ -37,13 +37,12 @@ template <scalar T> struct quadratic_roots {
 ///         determinants", Math. Comp. 82, 2013.
 template <tangent Touch = tangent::hit, scalar T> PATCHRT_INLINE quadratic_roots<T> solve_quadratic(T a, T h, T c) {
   T const zero(0), largest(std::numeric_limits<lane_t<T>>::max());
-  T const discriminant = difference_of_products(h, h, a, c);
-  T const q = -(h + copysign(sqrt(max(discriminant, zero)), h));
+  T const discriminant = difference_of_products(-a, c, -h, h), size = abs(discriminant);
+  T const q = copysign(sqrt(size), -h) - h;
   T const u = q / (a + zero);  // -0 becomes 0
-  auto const with_q = zero < abs(q), with_a = zero < abs(a);
-  T const v = select(with_q, c / q, u);
+  T const v = select(zero < abs(q), c / q, u);
   auto const crosses = Touch == tangent::hit ? zero <= discriminant : zero < discriminant;
-  return {min(u, v), max(u, v), crosses && discriminant <= largest && (with_q || with_a)};
+  return {min(u, v), max(u, v), crosses && discriminant <= largest && zero < max(abs(h), abs(a))};
 }
 
 }  // namespace patchrt
